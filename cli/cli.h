@@ -1,0 +1,64 @@
+/* The command line: a small client of the library. */
+#pragma once
+
+#include <pave/pave.h>
+
+/* Exit codes; documented in `pave --help` and docs/cli.md. */
+enum {
+    EXIT_FINE = 0,
+    EXIT_USAGE = 2,     /* a mistyped verb, option or value */
+    EXIT_INPUT = 3,     /* an input that is missing, damaged or not what it should be */
+    EXIT_LIMIT = 4,     /* the job is beyond the limits */
+    EXIT_RESOURCES = 5, /* no memory, no disk, or an output that cannot be written */
+    EXIT_DEVICE = 6,    /* the graphics device asked for is missing or failed */
+    EXIT_FAULT = 7,     /* a fault of the library */
+    EXIT_CANCELLED = 130
+};
+
+/* What the library was doing when it failed: a file that cannot be read is an input, one that cannot be written is
+ * not. */
+enum { WHILE_READING, WHILE_WORKING, WHILE_WRITING };
+int exit_code(pave_result result, int doing);
+
+/* Options of one params struct. */
+typedef struct cli_group {
+    const char *title;
+    int32_t table;
+    void *params;
+} cli_group;
+
+enum { MOST_FILES = 16 };
+
+/* A verb's command line, taken apart. */
+typedef struct cli_command {
+    const char *verb;
+    const char *usage;   /* "DRAWING -o FILE..." */
+    const char *summary; /* what it does, a few lines */
+    const char *outputs; /* help text of -o; NULL: the verb has no -o */
+    const char *json;    /* help text of --json; NULL: none */
+    int inputs;          /* how many it needs */
+    const cli_group *groups;
+    int group_count;
+    const char *input[MOST_FILES];
+    const char *output[MOST_FILES];
+    int input_count, output_count;
+    int wants_json, quiet;
+} cli_command;
+
+/* Reads argv[1..] into `command` and its groups. EXIT_FINE; EXIT_USAGE after a sentence on stderr; -1 after --help. */
+int read_command(cli_command *command, int argc, char **argv);
+
+/* The nearest of `count` names to a mistyped one, NULL if none is near. */
+const char *nearest_name(const char *typed, const char *const *names, int count);
+
+/* One line on stderr: "pave lay: sentence". */
+void complain(const cli_command *command, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/* A context that writes messages and progress to stderr and is cancelled by Ctrl-C. NULL after a sentence. */
+pave_context *start(const cli_command *command, pave_context_params *params);
+void finish(pave_context **context);
+
+/* Verbs */
+int lay_main(int argc, char **argv);
+int field_main(int argc, char **argv);
+int info_main(int argc, char **argv);

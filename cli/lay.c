@@ -1,0 +1,79 @@
+/* pave lay: from a drawing to stones. */
+#include "cli.h"
+
+static int write_outputs(const cli_command *command, pave_context *context, const pave_stones *stones)
+{
+    pave_result result = PAVE_OK;
+    for (int i = 0; i < command->output_count && !result; i++)
+        result = pave_stones_write(context, stones, command->output[i], NULL);
+    if (!result && command->wants_json)
+        result = pave_stones_write(context, stones, "-", "json");
+    return exit_code(result, WHILE_WRITING);
+}
+
+static int check_outputs(const cli_command *command)
+{
+    for (int i = 0; i < command->output_count; i++)
+        if (!pave_stones_format(command->output[i])) {
+            complain(command, "%s: an output ends in .svg, .png or .json", command->output[i]);
+            return EXIT_USAGE;
+        }
+    if (command->output_count || command->wants_json)
+        return EXIT_FINE;
+    complain(command, "where to? give -o FILE or --json");
+    return EXIT_USAGE;
+}
+
+static int run(const cli_command *command, pave_context *context, const pave_lay_params *params)
+{
+    pave_image *drawing = NULL;
+    pave_stones *stones = NULL;
+    pave_result result = pave_image_read(context, command->input[0], &drawing);
+    if (result)
+        return exit_code(result, WHILE_READING);
+    result = pave_lay(context, drawing, params, &stones);
+    pave_image_free(&drawing);
+    if (result)
+        return exit_code(result, WHILE_WORKING);
+    int status = write_outputs(command, context, stones);
+    pave_stones_free(&stones);
+    return status;
+}
+
+int lay_main(int argc, char **argv)
+{
+    pave_threshold_params threshold = PAVE_THRESHOLD_PARAMS_INIT;
+    pave_field_params field = PAVE_FIELD_PARAMS_INIT;
+    pave_cvd_params cvd = PAVE_CVD_PARAMS_INIT;
+    pave_stones_params stones = PAVE_STONES_PARAMS_INIT;
+    pave_limits limits = PAVE_LIMITS_INIT;
+    pave_context_params params = PAVE_CONTEXT_PARAMS_INIT;
+    pave_lay_params lay = { sizeof lay, &threshold, &field, &cvd, &stones };
+    const cli_group groups[] = {
+        { "Stones", PAVE_PARAMS_STONES, &stones },       { "Diagram", PAVE_PARAMS_CVD, &cvd },
+        { "Distance field", PAVE_PARAMS_FIELD, &field }, { "Drawing", PAVE_PARAMS_THRESHOLD, &threshold },
+        { "Machine", PAVE_PARAMS_CONTEXT, &params },     { "Limits", PAVE_PARAMS_LIMITS, &limits },
+    };
+    cli_command command = {
+        .verb = "lay",
+        .usage = "DRAWING -o FILE [-o FILE ...] [options]",
+        .summary = "Lays a pavement: turns a black and white drawing into the polygons of its stones.",
+        .outputs = "write stones.svg, a picture.png or a report.json; repeatable; - is stdout, as SVG",
+        .json = "write the report to stdout",
+        .inputs = 1,
+        .groups = groups,
+        .group_count = sizeof groups / sizeof *groups,
+    };
+    params.limits = &limits;
+    int status = read_command(&command, argc, argv);
+    if (!status)
+        status = check_outputs(&command);
+    if (status)
+        return status < 0 ? EXIT_FINE : status;
+    pave_context *context = start(&command, &params);
+    if (!context)
+        return EXIT_USAGE;
+    status = run(&command, context, &lay);
+    finish(&context);
+    return status;
+}

@@ -1,0 +1,58 @@
+/* pave: drawings into pavements. Finds the verb and runs it. */
+#include "cli.h"
+
+#include <stdio.h>
+#include <string.h>
+
+typedef struct verb {
+    const char *name;
+    int (*run)(int argc, char **argv);
+    const char *summary;
+} verb;
+
+static const verb verbs[] = {
+    { "lay", lay_main, "lay a pavement: from a black and white drawing to the polygons of its stones" },
+    { "field", field_main, "write the distance field of a drawing" },
+    { "info", info_main, "list backends, devices and versions" },
+};
+
+enum { VERBS = sizeof verbs / sizeof *verbs };
+
+static void print_help(FILE *to)
+{
+    fputs("usage: pave VERB ...\n\n", to);
+    for (int i = 0; i < VERBS; i++)
+        fprintf(to, "  pave %-7s %s\n", verbs[i].name, verbs[i].summary);
+    fputs("\n  pave VERB --help    the verb's options\n"
+          "  pave --version      the version\n\n"
+          "example: pave lay drawing.png -o stones.svg\n\n"
+          "exit status: 0 done, 2 mistyped, 3 bad input, 4 beyond a limit, 5 no memory or disk,\n"
+          "6 no such device, 7 a fault of pave itself, 130 cancelled\n", to);
+}
+
+static int unknown_verb(const char *typed)
+{
+    const char *names[VERBS];
+    for (int i = 0; i < VERBS; i++)
+        names[i] = verbs[i].name;
+    const char *near = nearest_name(typed, names, VERBS);
+    fprintf(stderr, "pave: there is no verb '%s'%s%s%s; see pave --help\n", typed, near ? ", did you mean '" : "",
+            near ? near : "", near ? "'?" : "");
+    return EXIT_USAGE;
+}
+
+int main(int argc, char **argv)
+{
+    if (argc < 2) {
+        print_help(stderr);
+        return EXIT_USAGE;
+    }
+    if (!strcmp(argv[1], "--help") || !strcmp(argv[1], "-h") || !strcmp(argv[1], "help"))
+        return print_help(stdout), EXIT_FINE;
+    if (!strcmp(argv[1], "--version"))
+        return printf("pave %s\n", pave_version()), EXIT_FINE;
+    for (int i = 0; i < VERBS; i++)
+        if (!strcmp(argv[1], verbs[i].name))
+            return verbs[i].run(argc - 1, argv + 1);
+    return unknown_verb(argv[1]);
+}

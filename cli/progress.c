@@ -1,0 +1,71 @@
+/* Messages, the progress bar, and Ctrl-C. */
+#include "cli.h"
+
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+static pave_context *volatile running;
+static int bar_shown;
+
+/* A second Ctrl-C ends the program at once. */
+static void on_signal(int number)
+{
+    signal(number, SIG_DFL);
+    pave_context_cancel(running);
+}
+
+static void hide_bar(void)
+{
+    if (bar_shown)
+        fputs("\r\033[K", stderr);
+    bar_shown = 0;
+}
+
+static void on_message(void *user, int32_t level, const char *text)
+{
+    const cli_command *command = user;
+    hide_bar();
+    if (level == PAVE_MESSAGE_ERROR || !command->quiet)
+        complain(command, "%s%s", level == PAVE_MESSAGE_WARNING ? "warning: " : "", text);
+}
+
+static int32_t on_progress(void *user, const char *stage, double done)
+{
+    static const char full[] = "##############################";
+    enum { WIDTH = sizeof full - 1 };
+    int filled = (int)(done * WIDTH);
+    (void)user;
+    fprintf(stderr, "\r[%.*s%*s] %3d %% %-12s", filled, full, WIDTH - filled, "", (int)(done * 100), stage);
+    fflush(stderr);
+    bar_shown = 1;
+    return 0;
+}
+
+pave_context *start(const cli_command *command, pave_context_params *params)
+{
+    pave_context *context = NULL;
+    params->message = on_message;
+    params->message_user = (void *)(uintptr_t)command;
+    if (!command->quiet && isatty(STDERR_FILENO))
+        params->progress = on_progress;
+    if (pave_context_create(params, &context))
+        return NULL;
+    running = context;
+    struct sigaction action;
+    memset(&action, 0, sizeof action);
+    action.sa_handler = on_signal;
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
+    return context;
+}
+
+void finish(pave_context **context)
+{
+    hide_bar();
+    signal(SIGINT, SIG_DFL);
+    signal(SIGTERM, SIG_DFL);
+    running = NULL;
+    pave_context_free(context);
+}

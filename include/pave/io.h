@@ -1,0 +1,35 @@
+/* Files in and out. A file is written beside its target and renamed when it is complete: whatever happens, the target
+ * is the old file or the whole new one. Devices and pipes are written directly. */
+#ifndef PAVE_IO_H
+#define PAVE_IO_H
+
+#include <pave/stones.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Reads an image. The format follows from the first bytes: OpenEXR by this library; PNG, JPEG, TIFF, PNM and WebP by
+ * a module that is loaded then. Palettes become colours, EXIF orientation is applied. The header's sizes are held
+ * against the context's limits, and against what a file of that length can hold, before anything is allocated. */
+PAVE_API pave_result pave_image_read(pave_context *context, const char *path, pave_image **out);
+
+/* Writes an image. The format follows from the ending: .exr (all channels, by name), .png, .tif, .tiff, .jpg, .jpeg. */
+PAVE_API pave_result pave_image_write(pave_context *context, const pave_image *image, const char *path);
+
+/* Writes stones as
+ *   "svg"   one <polygon> a stone, in px of the drawing (viewBox "0 0 W H"), grouped by colour on a ground of grout
+ *   "png"   a picture of them, one pixel to a pixel of the drawing, at most 16384 a side
+ *   "json"  the report: pave_measure, parameters, seed, backend, versions
+ * NULL chooses by the ending of the path. The path "-" is standard output, as SVG unless a format is given. */
+PAVE_API pave_result pave_stones_write(pave_context *context, const pave_stones *stones, const char *path,
+                                       const char *format);
+
+/* The format that pave_stones_write would choose for a path; NULL if there is none. Never fails. Any thread. */
+PAVE_API const char *pave_stones_format(const char *path);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,59 @@
+/* The parameter tables: every field of every params struct, described once. The command line, its help, the manual,
+ * range checks, fuzzers and bindings all read these tables. */
+#ifndef PAVE_PARAMS_H
+#define PAVE_PARAMS_H
+
+#include <pave/context.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* The structs that have a table. */
+enum {
+    PAVE_PARAMS_CONTEXT = 1,   /* pave_context_params: threads, backend */
+    PAVE_PARAMS_LIMITS = 2,    /* pave_limits */
+    PAVE_PARAMS_THRESHOLD = 3, /* pave_threshold_params */
+    PAVE_PARAMS_FIELD = 4,     /* pave_field_params */
+    PAVE_PARAMS_CVD = 5,       /* pave_cvd_params */
+    PAVE_PARAMS_STONES = 6     /* pave_stones_params */
+};
+
+/* How a field is stored. */
+enum {
+    PAVE_PARAM_REAL = 1,    /* double */
+    PAVE_PARAM_INTEGER = 2, /* int32_t */
+    PAVE_PARAM_LONG = 3,    /* int64_t */
+    PAVE_PARAM_SEED = 4,    /* uint64_t */
+    PAVE_PARAM_FLAG = 5,    /* int32_t, 0 or 1 */
+    PAVE_PARAM_CHOICE = 6   /* int32_t, an index into `choices` */
+};
+
+typedef struct pave_param {
+    const char *name;    /* the field's name, "half_side" */
+    int32_t type;        /* PAVE_PARAM_ */
+    const char *unit;    /* "px", "degrees"; "" for a pure number */
+    double least;        /* smallest and greatest legal value */
+    double greatest;
+    double initial;      /* the default */
+    const char *choices; /* "chamfer|euclid", in the order of their values; NULL for other types */
+    const char *help;    /* one sentence */
+} pave_param;
+
+/* Number of fields in a table, 0 for an unknown one. Any thread. */
+PAVE_API int32_t pave_params_count(int32_t table);
+
+/* Describes field `index` of a table. The strings live as long as the library. Any thread. */
+PAVE_API pave_result pave_params_describe(int32_t table, int32_t index, pave_param *out);
+
+/* Sets one field of an initialised params struct from text: params_set(context, PAVE_PARAMS_CVD, &p, "half_side",
+ * "4.5"). Names may be written with '-' for '_'; the decimal separator is '.' in every locale. PAVE_ERR_ARGUMENT,
+ * with a sentence that names the field and its range, if there is no such field or the text is not a legal value. */
+PAVE_API pave_result pave_params_set(pave_context *context, int32_t table, void *params, const char *name,
+                                     const char *value);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

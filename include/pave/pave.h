@@ -1,0 +1,51 @@
+/* libpave: drawings into pavements. The headers in story order, and the whole job in one call. */
+#ifndef PAVE_PAVE_H
+#define PAVE_PAVE_H
+
+#include <pave/base.h>
+#include <pave/context.h>
+#include <pave/params.h>
+#include <pave/image.h>
+#include <pave/field.h>
+#include <pave/cvd.h>
+#include <pave/stones.h>
+#include <pave/io.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Parameters of the stages; NULL: defaults. */
+typedef struct pave_lay_params {
+    size_t size;
+    const pave_threshold_params *threshold;
+    const pave_field_params *field;
+    const pave_cvd_params *cvd;
+    const pave_stones_params *stones;
+} pave_lay_params;
+
+#define PAVE_LAY_PARAMS_INIT { sizeof(pave_lay_params), NULL, NULL, NULL, NULL }
+
+PAVE_API void pave_lay_params_init(pave_lay_params *params, size_t size);
+
+/* From an image to its stones: threshold, field, diagram, stones. */
+PAVE_API pave_result pave_lay(pave_context *context, const pave_image *image, const pave_lay_params *params,
+                              pave_stones **out);
+
+/* A graphics device or processor that a backend can run on. */
+typedef struct pave_device {
+    size_t size;
+    int32_t backend;   /* PAVE_BACKEND_ */
+    int32_t usable;    /* 0: `name` says why not */
+    char name[256];
+} pave_device;
+
+/* Lists what the backends find on this machine: asks drivers, so it takes their start-up time. Writes up to
+ * `capacity` entries (each entry's size must be set) and the number there are. */
+PAVE_API pave_result pave_devices(pave_context *context, pave_device *devices, int32_t capacity, int32_t *count);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,61 @@
+/* The engine's op table: what every backend must do, and give the same bytes for. */
+#pragma once
+
+#include "base/context.h"
+
+#include <pave/cvd.h>
+#include <pave/pave.h>
+
+/* The lattice cell that a site was first drawn in, and the number of the draw in its block: its name for ever. */
+typedef struct pv_home {
+    int32_t x, y, slot;
+} pv_home;
+
+/* The problem: a plane of pixels with sites on it, and how they move. Lengths are in 1/256 px. */
+typedef struct pv_plane {
+    int32_t width, height; /* px */
+    int32_t sites;
+    const pave_site *start; /* in index order, which is the order of their home blocks and cells */
+    const pv_home *home;
+    const uint16_t *edge;   /* distance to the nearest edge in 2^edge_shift / 256 px, saturated; NULL: no edges */
+    int32_t edge_shift;
+    int32_t cell;           /* side of the home lattice's cells, 2h */
+    int32_t push_within, push_to;
+    int32_t noise_wave;
+    int32_t noise_swing;    /* greatest rotation, 65536 to a turn */
+    uint32_t noise_key;
+    uint64_t seed;
+} pv_plane;
+
+/* What a step reports back. */
+typedef struct pv_step {
+    int64_t empty; /* cells without a pixel */
+    int64_t moved; /* sites that are not where they were */
+} pv_step;
+
+typedef struct pv_backend {
+    int32_t id;
+    /* The engine's name for messages and reports, "cpu (AVX2)", written to `name` of 128 bytes. The plane's arrays
+     * must stay valid until close. */
+    pave_result (*open)(pave_context *context, const pv_plane *plane, void **engine, char *name);
+    /* Labels every pixel, then moves every site: centroid, push, turn. Progress covers from..to of the stage. */
+    pave_result (*step)(pave_context *context, void *engine, int32_t iteration, double from, double to, pv_step *out);
+    /* Labels every pixel with the sites where they are. */
+    pave_result (*labels)(pave_context *context, void *engine, double from, double to, int32_t *labels);
+    pave_result (*sites)(pave_context *context, void *engine, pave_site *sites);
+    void (*close)(void *engine);
+    /* Adds its devices to the list; see pave_devices. */
+    void (*list)(pave_context *context, pave_device *devices, int32_t capacity, int32_t *count);
+} pv_backend;
+
+extern const pv_backend pv_cpu_backend, pv_cpu_portable_backend, pv_cpu_reference_backend, pv_vulkan_compute_backend;
+
+/* The backend of an id; NULL if it is not in this build. */
+const pv_backend *pv_backend_find(int32_t id);
+
+/* Resolves PAVE_BACKEND_AUTO for a job of so many pixel steps. */
+const pv_backend *pv_backend_choose(pave_context *context, const pv_plane *plane, int32_t iterations);
+
+/* Adds one entry to a device list. */
+void pv_device_add(pave_device *devices, int32_t capacity, int32_t *count, int32_t backend, int32_t usable,
+                   const char *name);

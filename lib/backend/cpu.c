@@ -1,0 +1,273 @@
+/* The CPU engine: sort the sites into buckets, label tile rows in parallel, move the sites. */
+#include "backend/cpu.h"
+
+#include "base/parallel.h"
+#include "util/fixed.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static void cpu_close(void *engine)
+{
+    pv_cpu *cpu = engine;
+    if (!cpu)
+        return;
+    pv_release(cpu->sites);
+    pv_release(cpu->sums);
+    pv_release(cpu->first);
+    pv_release(cpu->index);
+    pv_release(cpu->sorted);
+    pv_release(cpu->columns.x);
+    pv_release(cpu);
+}
+
+static int32_t greatest_reach(const pv_plane *plane)
+{
+    uint64_t most = 0;
+    for (int32_t i = 0; i < plane->sites; i++) {
+        int64_t a = plane->start[i].half_x, b = plane->start[i].half_y;
+        uint64_t square = (uint64_t)(a * a + b * b);
+        most = square > most ? square : most;
+    }
+    return (int32_t)pv_isqrt(most) + 1;
+}
+
+static int32_t ceil_div(int64_t a, int64_t b)
+{
+    return (int32_t)((a + b - 1) / b);
+}
+
+/* One block for the five columns. */
+static pave_result allocate_columns(pave_context *context, pv_cpu *cpu)
+{
+    pave_result result = PAVE_OK;
+    size_t length = (size_t)cpu->plane.sites + PV_LANES;
+    pv_columns *c = &cpu->columns;
+    c->x = pv_allocate_zeroed(context, 5 * length, sizeof *c->x, &result);
+    if (!result) {
+        c->y = c->x + length;
+        c->cosine = c->y + length;
+        c->sine = c->cosine + length;
+        c->box = c->sine + length;
+        for (size_t i = length - PV_LANES; i < length; i++)
+            c->x[i] = c->y[i] = 1 << 30; /* beyond any reach */
+    }
+    return result;
+}
+
+static pave_result allocate(pave_context *context, pv_cpu *cpu)
+{
+    pave_result result = PAVE_OK;
+    size_t n = (size_t)cpu->plane.sites, buckets = (size_t)cpu->across * (size_t)cpu->down;
+    cpu->sites = pv_allocate(context, n, sizeof *cpu->sites, &result);
+    if (!result)
+        cpu->sums = pv_allocate_zeroed(context, n * (size_t)cpu->workers, sizeof *cpu->sums, &result);
+    if (!result)
+        cpu->first = pv_allocate(context, buckets + 1, sizeof *cpu->first, &result);
+    if (!result)
+        cpu->index = pv_allocate_zeroed(context, n + PV_LANES, sizeof *cpu->index, &result);
+    if (!result)
+        cpu->sorted = pv_allocate(context, n, sizeof *cpu->sorted, &result);
+    if (!result)
+        result = allocate_columns(context, cpu);
+    return result;
+}
+
+static pave_result open_with(pave_context *context, const pv_plane *plane, pv_label_row *kernel, void **engine)
+{
+    pave_result result;
+    pv_cpu *cpu = pv_allocate_zeroed(context, 1, sizeof *cpu, &result);
+    if (!cpu)
+        return result;
+    cpu->plane = *plane;
+    cpu->label_row = kernel;
+    cpu->workers = pv_workers(context);
+    cpu->bucket = plane->cell + plane->cell / 4; /* then a row of a window is about a vector of sites */
+    cpu->across = ceil_div(256 * (int64_t)plane->width, cpu->bucket);
+    cpu->down = ceil_div(256 * (int64_t)plane->height, cpu->bucket);
+    cpu->reach = greatest_reach(plane);
+    result = allocate(context, cpu);
+    if (result) {
+        cpu_close(cpu);
+        return result;
+    }
+    memcpy(cpu->sites, plane->start, (size_t)plane->sites * sizeof *cpu->sites);
+    *engine = cpu;
+    return PAVE_OK;
+}
+
+static pave_result reference_open(pave_context *context, const pv_plane *plane, void **engine, char *name)
+{
+    snprintf(name, 128, "cpu-reference");
+    return open_with(context, plane, pv_label_row_reference, engine);
+}
+
+static pave_result portable_open(pave_context *context, const pv_plane *plane, void **engine, char *name)
+{
+    snprintf(name, 128, "cpu-portable");
+    return open_with(context, plane, pv_label_row_portable, engine);
+}
+
+static int have_avx2(void)
+{
+#ifdef PV_AVX2
+    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2") &&
+           __builtin_cpu_supports("popcnt");
+#else
+    return 0;
+#endif
+}
+
+static pave_result cpu_open(pave_context *context, const pv_plane *plane, void **engine, char *name)
+{
+#ifdef PV_AVX2
+    if (have_avx2()) {
+        snprintf(name, 128, "cpu (AVX2)");
+        return open_with(context, plane, pv_label_row_avx2, engine);
+    }
+#endif
+    snprintf(name, 128, "cpu");
+    return open_with(context, plane, pv_label_row_portable, engine);
+}
+
+static int32_t bucket_of(const pv_cpu *cpu, const pave_site *site)
+{
+    return site->y / cpu->bucket * cpu->across + site->x / cpu->bucket;
+}
+
+static void fill_columns(pv_cpu *cpu)
+{
+    pv_columns *c = &cpu->columns;
+    for (int32_t i = 0; i < cpu->plane.sites; i++) {
+        const pave_site *s = &cpu->sorted[i];
+        int32_t a = s->half_x < 32767 ? s->half_x : 32767, b = s->half_y < 32767 ? s->half_y : 32767;
+        c->x[i] = s->x;
+        c->y[i] = s->y;
+        c->cosine[i] = s->cosine;
+        c->sine[i] = s->sine;
+        c->box[i] = b << 16 | a;
+    }
+}
+
+/* Counting sort; within a bucket the order of the indices stays. */
+static void sort_into_buckets(pv_cpu *cpu)
+{
+    int32_t n = cpu->plane.sites, buckets = cpu->across * cpu->down;
+    memset(cpu->first, 0, ((size_t)buckets + 1) * sizeof *cpu->first);
+    for (int32_t i = 0; i < n; i++)
+        cpu->first[bucket_of(cpu, &cpu->sites[i]) + 1]++;
+    for (int32_t k = 0; k < buckets; k++)
+        cpu->first[k + 1] += cpu->first[k];
+    for (int32_t i = 0; i < n; i++) {
+        int32_t at = cpu->first[bucket_of(cpu, &cpu->sites[i])]++;
+        cpu->index[at] = i;
+        cpu->sorted[at] = cpu->sites[i];
+    }
+    memmove(cpu->first + 1, cpu->first, (size_t)buckets * sizeof *cpu->first);
+    cpu->first[0] = 0;
+    fill_columns(cpu);
+}
+
+typedef struct label_job {
+    pv_cpu *cpu;
+    int32_t *labels;
+} label_job;
+
+static void label_task(void *data, int32_t ty, int32_t worker)
+{
+    const label_job *job = data;
+    pv_cpu *cpu = job->cpu;
+    cpu->label_row(cpu, ty, cpu->sums + (size_t)worker * (size_t)cpu->plane.sites, job->labels);
+}
+
+static pave_result label_all(pave_context *context, pv_cpu *cpu, int32_t *labels, double from, double to)
+{
+    label_job job = { cpu, labels };
+    sort_into_buckets(cpu);
+    return pv_parallel(context, ceil_div(cpu->plane.height, PV_TILE), label_task, &job, from, to);
+}
+
+typedef struct relax_job {
+    pv_cpu *cpu;
+    int32_t iteration;
+    atomic_llong empty, moved;
+} relax_job;
+
+enum { CHUNK = 4096, AHEAD = 12 };
+
+static void relax_task(void *data, int32_t chunk, int32_t worker)
+{
+    (void)worker;
+    relax_job *job = data;
+    pv_cpu *cpu = job->cpu;
+    int32_t n = cpu->plane.sites, to = (chunk + 1) * CHUNK < n ? (chunk + 1) * CHUNK : n;
+    int64_t empty = 0, moved = 0;
+    pv_noise_cell cell = { .known = 0 };
+    for (int32_t i = chunk * CHUNK; i < to; i++) {
+        pv_sum sum = { 0, 0, 0 };
+        if (i + AHEAD < to)
+            pv_site_prefetch(&cpu->plane, &cpu->sites[i + AHEAD]);
+        for (int32_t w = 0; w < cpu->workers; w++) {
+            pv_sum *part = &cpu->sums[(size_t)w * (size_t)n + (size_t)i];
+            pv_sum_add(&sum, part->count, part->x, part->y);
+            *part = (pv_sum){ 0, 0, 0 };
+        }
+        pave_site before = cpu->sites[i];
+        pv_site_relax(&cpu->plane, i, job->iteration, &sum, &cell, &cpu->sites[i]);
+        empty += !sum.count;
+        moved += before.x != cpu->sites[i].x || before.y != cpu->sites[i].y;
+    }
+    atomic_fetch_add(&job->empty, empty);
+    atomic_fetch_add(&job->moved, moved);
+}
+
+static pave_result cpu_step(pave_context *context, void *engine, int32_t iteration, double from, double to,
+                            pv_step *out)
+{
+    pv_cpu *cpu = engine;
+    double middle = from + 0.9 * (to - from);
+    pave_result result = label_all(context, cpu, NULL, from, middle);
+    if (result)
+        return result;
+    relax_job job = { .cpu = cpu, .iteration = iteration };
+    result = pv_parallel(context, ceil_div(cpu->plane.sites, CHUNK), relax_task, &job, middle, to);
+    out->empty = atomic_load(&job.empty);
+    out->moved = atomic_load(&job.moved);
+    return result;
+}
+
+static pave_result cpu_labels(pave_context *context, void *engine, double from, double to, int32_t *labels)
+{
+    return label_all(context, engine, labels, from, to);
+}
+
+static pave_result cpu_sites(pave_context *context, void *engine, pave_site *sites)
+{
+    const pv_cpu *cpu = engine;
+    (void)context;
+    memcpy(sites, cpu->sites, (size_t)cpu->plane.sites * sizeof *sites);
+    return PAVE_OK;
+}
+
+static void cpu_list(pave_context *context, pave_device *devices, int32_t capacity, int32_t *count)
+{
+    char text[64];
+    snprintf(text, sizeof text, "%s, %d thread%s", have_avx2() ? "AVX2" : "portable C", (int)pv_workers(context),
+             pv_workers(context) > 1 ? "s" : "");
+    pv_device_add(devices, capacity, count, PAVE_BACKEND_CPU, 1, text);
+}
+
+static void list_nothing(pave_context *context, pave_device *devices, int32_t capacity, int32_t *count)
+{
+    (void)context, (void)devices, (void)capacity, (void)count;
+}
+
+const pv_backend pv_cpu_backend = {
+    PAVE_BACKEND_CPU, cpu_open, cpu_step, cpu_labels, cpu_sites, cpu_close, cpu_list,
+};
+const pv_backend pv_cpu_portable_backend = {
+    PAVE_BACKEND_CPU_PORTABLE, portable_open, cpu_step, cpu_labels, cpu_sites, cpu_close, list_nothing,
+};
+const pv_backend pv_cpu_reference_backend = {
+    PAVE_BACKEND_CPU_REFERENCE, reference_open, cpu_step, cpu_labels, cpu_sites, cpu_close, list_nothing,
+};

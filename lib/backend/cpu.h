@@ -1,0 +1,58 @@
+/* The CPU engine from inside: the frame that its three kernels share. */
+#pragma once
+
+#include "backend/relax.h"
+
+enum {
+    PV_TILE = 8,           /* pixels a side */
+    PV_TILE_RADIUS = 1268, /* tile centre to the farthest pixel centre: 3.5*sqrt(2) px, rounded up */
+    PV_LANES = 8,
+};
+
+typedef struct pv_cpu pv_cpu;
+
+/* Labels row `ty` of tiles: adds its pixels to `sums` and, unless NULL, writes them to `labels` (whole plane). */
+typedef void pv_label_row(const pv_cpu *cpu, int32_t ty, pv_sum *sums, int32_t *labels);
+
+/* The sorted sites once more, member by member, for vectors: PV_LANES can be read from any place on. Only AVX2 has
+ * them. */
+typedef struct pv_columns {
+    int32_t *x, *y, *cosine, *sine;
+    int32_t *box; /* half_x in the low 16 bits, half_y in the high ones, cut to 32767 */
+} pv_columns;
+
+struct pv_cpu {
+    pv_plane plane;
+    pv_label_row *label_row;
+    pave_site *sites;
+    int32_t workers;
+    pv_sum *sums; /* workers * sites */
+    /* Sites sorted into square buckets, row by row: bucket k holds sorted[first[k]] .. sorted[first[k+1]-1]. */
+    int32_t bucket, across, down; /* side in 1/256 px, buckets in x and y */
+    int32_t reach;                /* the greatest distance from a site to the corner of its box */
+    int32_t *first;
+    int32_t *index;    /* which site, in sorted order */
+    pave_site *sorted; /* copies, so that neighbours lie together */
+    pv_columns columns;
+};
+
+/* kernels */
+pv_label_row pv_label_row_reference, pv_label_row_portable;
+#ifdef __x86_64__
+#define PV_AVX2 1
+pv_label_row pv_label_row_avx2;
+#endif
+
+/* Labels the one tile whose first pixel is (x, y). */
+void pv_label_tile_portable(const pv_cpu *cpu, int32_t x, int32_t y, pv_sum *sums, int32_t *labels);
+
+/* The exact label of one pixel by a ring search over the buckets: the slow path for tiles with too many candidates. */
+int32_t pv_label_pixel(const pv_cpu *cpu, int32_t px, int32_t py);
+
+/* Adds a run of pixels of one site to its sum. */
+static inline void pv_sum_add(pv_sum *sum, int64_t count, int64_t x, int64_t y)
+{
+    sum->count += count;
+    sum->x += x;
+    sum->y += y;
+}

@@ -1,0 +1,212 @@
+/* Tiles with candidate lists, in portable C.
+ *
+ * A site can own a pixel of a tile only if its distance from the tile's centre is at most the least such distance plus
+ * twice the tile's radius: the metric is the distance to a convex box, which changes by no more than the way walked.
+ * `slack` covers the rounding. Buckets farther than that plus the greatest box need not be looked into. */
+#include "backend/cpu.h"
+#include "backend/metric.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { CAPACITY = 48, PIXELS = PV_TILE * PV_TILE };
+
+typedef struct tile {
+    int32_t x0, y0; /* first pixel */
+    int32_t cx, cy; /* centre, 1/256 px */
+    int32_t count;  /* candidates, or CAPACITY + 1: too many */
+    int32_t narrow; /* 32 bits are enough */
+    int32_t index[CAPACITY + 1];
+    pave_site site[CAPACITY + 1];
+    uint8_t owner[PIXELS]; /* local index of each pixel's site */
+} tile;
+
+typedef struct box {
+    int32_t left, right, top, bottom;
+} box;
+
+/* How far a computed distance of about `d` may be from the true one. */
+static double slack(const pv_cpu *cpu, double d)
+{
+    return PV_METRIC_SLACK + (d + cpu->reach) * 0x1p-14;
+}
+
+/* The buckets within `radius` (1/256 px) of a point. */
+static box buckets_within(const pv_cpu *cpu, int32_t x, int32_t y, double radius)
+{
+    double b = cpu->bucket;
+    double l = floor((x - radius) / b), r = floor((x + radius) / b);
+    double t = floor((y - radius) / b), d = floor((y + radius) / b);
+    return (box){ l > 0 ? (int32_t)l : 0, r < cpu->across - 1 ? (int32_t)r : cpu->across - 1,
+                  t > 0 ? (int32_t)t : 0, d < cpu->down - 1 ? (int32_t)d : cpu->down - 1 };
+}
+
+/* Least squared distance in the buckets of a row range, lowest index first among equals. */
+static void search_run(const pv_cpu *cpu, int32_t row, int32_t left, int32_t right, int32_t x, int32_t y,
+                       uint64_t *least, int32_t *label)
+{
+    const int32_t *first = cpu->first + (int64_t)row * cpu->across;
+    for (int32_t i = first[left]; i < first[right + 1]; i++) {
+        uint64_t d = pv_metric(&cpu->sorted[i], x, y);
+        if (d < *least || (d == *least && cpu->index[i] < *label))
+            *least = d, *label = cpu->index[i];
+    }
+}
+
+/* Rings of buckets around (x, y) until no box farther out can be as near. */
+static int32_t nearest(const pv_cpu *cpu, int32_t x, int32_t y, uint64_t *least)
+{
+    int32_t bx = x / cpu->bucket, by = y / cpu->bucket, label = INT32_MAX;
+    int32_t rings = cpu->across > cpu->down ? cpu->across : cpu->down;
+    bx = bx < cpu->across ? bx : cpu->across - 1;
+    by = by < cpu->down ? by : cpu->down - 1;
+    *least = UINT64_MAX;
+    for (int32_t ring = 0; ring <= rings; ring++) {
+        double gap = ((double)ring - 1) * cpu->bucket - cpu->reach;
+        gap -= slack(cpu, gap);
+        if (*least != UINT64_MAX && gap > 0 && gap * gap > (double)*least)
+            break;
+        int32_t left = bx - ring > 0 ? bx - ring : 0, right = bx + ring < cpu->across ? bx + ring : cpu->across - 1;
+        for (int32_t row = by - ring; row <= by + ring; row++) {
+            if (row < 0 || row >= cpu->down)
+                continue;
+            if (row == by - ring || row == by + ring) {
+                search_run(cpu, row, left, right, x, y, least, &label);
+                continue;
+            }
+            if (bx - ring >= 0)
+                search_run(cpu, row, bx - ring, bx - ring, x, y, least, &label);
+            if (bx + ring < cpu->across)
+                search_run(cpu, row, bx + ring, bx + ring, x, y, least, &label);
+        }
+    }
+    return label;
+}
+
+int32_t pv_label_pixel(const pv_cpu *cpu, int32_t px, int32_t py)
+{
+    uint64_t least;
+    return nearest(cpu, 256 * px + 128, 256 * py + 128, &least);
+}
+
+static void add_candidate(tile *t, int32_t index, const pave_site *site)
+{
+    int32_t at = t->count++;
+    for (; at > 0 && t->index[at - 1] > index; at--) {
+        t->index[at] = t->index[at - 1];
+        t->site[at] = t->site[at - 1];
+    }
+    t->index[at] = index;
+    t->site[at] = *site;
+}
+
+static int is_narrow(const tile *t, const pave_site *site)
+{
+    int64_t dx = (int64_t)t->cx - site->x, dy = (int64_t)t->cy - site->y, most = PV_METRIC_NARROW - PV_TILE_RADIUS;
+    return dx * dx + dy * dy < most * most;
+}
+
+/* Fills the tile's list in index order. */
+static void find_candidates(const pv_cpu *cpu, tile *t)
+{
+    uint64_t least;
+    nearest(cpu, t->cx, t->cy, &least);
+    double bound = sqrt((double)least) + 2 * PV_TILE_RADIUS;
+    bound += 4 * slack(cpu, bound);
+    uint64_t within = (uint64_t)(bound * bound);
+    box b = buckets_within(cpu, t->cx, t->cy, bound + cpu->reach + slack(cpu, bound));
+    t->count = 0;
+    t->narrow = 1;
+    for (int32_t row = b.top; row <= b.bottom; row++) {
+        const int32_t *first = cpu->first + (int64_t)row * cpu->across;
+        for (int32_t i = first[b.left]; i < first[b.right + 1]; i++) {
+            if (pv_metric(&cpu->sorted[i], t->cx, t->cy) > within)
+                continue;
+            if (t->count == CAPACITY) {
+                t->count = CAPACITY + 1;
+                return;
+            }
+            t->narrow &= is_narrow(t, &cpu->sorted[i]);
+            add_candidate(t, cpu->index[i], &cpu->sorted[i]);
+        }
+    }
+}
+
+/* One candidate against every pixel of the tile: pv_metric in 32 bits, modulo 2^32 until the shift. */
+static void offer_narrow(const tile *t, int32_t k, uint32_t *least, uint8_t *owner)
+{
+    const pave_site *s = &t->site[k];
+    uint32_t dx = (uint32_t)(256 * t->x0 + 128 - s->x), dy = (uint32_t)(256 * t->y0 + 128 - s->y);
+    uint32_t c = (uint32_t)s->cosine, n = (uint32_t)s->sine;
+    uint32_t u0 = dx * c + dy * n + 32768, v0 = dy * c - dx * n + 32768;
+    for (uint32_t i = 0; i < PIXELS; i++) {
+        uint32_t x = i % PV_TILE * 256, y = i / PV_TILE * 256;
+        int32_t u = (int32_t)(u0 + x * c + y * n) >> 16, v = (int32_t)(v0 + y * c - x * n) >> 16;
+        u = (u < 0 ? -u : u) - s->half_x;
+        v = (v < 0 ? -v : v) - s->half_y;
+        u = u > 0 ? u : 0;
+        v = v > 0 ? v : 0;
+        uint32_t d = (uint32_t)(u * u) + (uint32_t)(v * v);
+        owner[i] = d < least[i] ? (uint8_t)k : owner[i];
+        least[i] = d < least[i] ? d : least[i];
+    }
+}
+
+static void offer_wide(const tile *t, int32_t k, uint64_t *least, uint8_t *owner)
+{
+    for (int32_t i = 0; i < PIXELS; i++) {
+        int32_t x = t->x0 + i % PV_TILE, y = t->y0 + i / PV_TILE;
+        uint64_t d = pv_metric(&t->site[k], 256 * x + 128, 256 * y + 128);
+        owner[i] = d < least[i] ? (uint8_t)k : owner[i];
+        least[i] = d < least[i] ? d : least[i];
+    }
+}
+
+static void decide(tile *t)
+{
+    uint32_t narrow[PIXELS];
+    uint64_t wide[PIXELS];
+    memset(narrow, 0xff, sizeof narrow);
+    memset(wide, 0xff, sizeof wide);
+    memset(t->owner, 0, sizeof t->owner);
+    for (int32_t k = 0; k < t->count; k++) {
+        if (t->narrow)
+            offer_narrow(t, k, narrow, t->owner);
+        else
+            offer_wide(t, k, wide, t->owner);
+    }
+}
+
+static void collect(const pv_cpu *cpu, const tile *t, pv_sum *sums, int32_t *labels)
+{
+    int32_t right = t->x0 + PV_TILE < cpu->plane.width ? t->x0 + PV_TILE : cpu->plane.width;
+    int32_t bottom = t->y0 + PV_TILE < cpu->plane.height ? t->y0 + PV_TILE : cpu->plane.height;
+    for (int32_t y = t->y0; y < bottom; y++)
+        for (int32_t x = t->x0; x < right; x++) {
+            int32_t label = t->count > CAPACITY
+                                ? pv_label_pixel(cpu, x, y)
+                                : t->index[t->owner[(y - t->y0) * PV_TILE + x - t->x0]];
+            pv_sum_add(&sums[label], 1, x, y);
+            if (labels)
+                labels[(int64_t)y * cpu->plane.width + x] = label;
+        }
+}
+
+void pv_label_tile_portable(const pv_cpu *cpu, int32_t x, int32_t y, pv_sum *sums, int32_t *labels)
+{
+    tile t;
+    t.x0 = x;
+    t.y0 = y;
+    t.cx = 256 * (x + PV_TILE / 2);
+    t.cy = 256 * (y + PV_TILE / 2);
+    find_candidates(cpu, &t);
+    if (t.count <= CAPACITY)
+        decide(&t);
+    collect(cpu, &t, sums, labels);
+}
+
+void pv_label_row_portable(const pv_cpu *cpu, int32_t ty, pv_sum *sums, int32_t *labels)
+{
+    for (int32_t x = 0; x < cpu->plane.width; x += PV_TILE)
+        pv_label_tile_portable(cpu, x, ty * PV_TILE, sums, labels);
+}

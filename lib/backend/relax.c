@@ -1,0 +1,123 @@
+/* One site's move: centroid, push off the edge, turn. Integers only, so that every backend moves it alike. */
+#include "backend/relax.h"
+
+#include "util/fixed.h"
+#include "util/noise.h"
+#include "util/random.h"
+
+static int32_t clamp(int32_t v, int32_t low, int32_t high)
+{
+    return v < low ? low : v < high ? v : high;
+}
+
+static int32_t edge_at(const pv_plane *plane, int32_t x, int32_t y)
+{
+    x = clamp(x, 0, plane->width - 1);
+    y = clamp(y, 0, plane->height - 1);
+    return plane->edge[(int64_t)y * plane->width + x];
+}
+
+void pv_site_prefetch(const pv_plane *plane, const pave_site *site)
+{
+    if (!plane->edge)
+        return;
+    int32_t x = clamp(site->x >> 8, 0, plane->width - 1);
+    for (int32_t y = (site->y >> 8) - 1; y <= (site->y >> 8) + 1; y++)
+        __builtin_prefetch(&plane->edge[(int64_t)clamp(y, 0, plane->height - 1) * plane->width + x]);
+}
+
+typedef struct edge_near {
+    int32_t distance; /* 1/256 px */
+    int32_t nx, ny;   /* unit gradient, away from the edge, 1/65536 */
+} edge_near;
+
+static int32_t divide_rounded(int64_t a, int64_t b)
+{
+    return (int32_t)(a < 0 ? -((b / 2 - a) / b) : (b / 2 + a) / b);
+}
+
+/* Scales a vector below 2^20 to 65536, correctly rounded but for the last bit. 0 if it has no direction. */
+static int normalise(int64_t x, int64_t y, int32_t *nx, int32_t *ny)
+{
+    if (!x && !y)
+        return 0;
+    int32_t lacking = __builtin_clzll((uint64_t)(x * x + y * y)) - 27; /* bits, to 2^36 */
+    int64_t scale = (int64_t)1 << (lacking > 0 ? (lacking + 1) / 2 : 0);
+    x *= scale;
+    y *= scale;
+    int64_t length = pv_isqrt((uint64_t)(x * x + y * y) << 22); /* 1/2048 */
+    *nx = divide_rounded(x * (1 << 27), length);
+    *ny = divide_rounded(y * (1 << 27), length);
+    return 1;
+}
+
+/* Is (x, y) within push_within of an edge, and how does the distance change there? Sobel, normalised. */
+static int near_edge(const pv_plane *plane, int32_t x, int32_t y, edge_near *out)
+{
+    if (!plane->edge)
+        return 0;
+    int32_t px = x >> 8, py = y >> 8;
+    out->distance = edge_at(plane, px, py) << plane->edge_shift;
+    if (out->distance >= plane->push_within)
+        return 0;
+    int32_t nw = edge_at(plane, px - 1, py - 1), n = edge_at(plane, px, py - 1), ne = edge_at(plane, px + 1, py - 1);
+    int32_t w = edge_at(plane, px - 1, py), e = edge_at(plane, px + 1, py);
+    int32_t sw = edge_at(plane, px - 1, py + 1), s = edge_at(plane, px, py + 1), se = edge_at(plane, px + 1, py + 1);
+    int64_t gx = (ne - nw) + 2 * (e - w) + (se - sw), gy = (sw - nw) + 2 * (s - n) + (se - ne);
+    return normalise(gx, gy, &out->nx, &out->ny);
+}
+
+static void turn(const pv_plane *plane, pave_site *site, const edge_near *edge, pv_noise_cell *cell)
+{
+    if (edge) { /* Eq. 3: a quarter turn from the gradient */
+        site->cosine = edge->ny;
+        site->sine = -edge->nx;
+    } else {
+        int64_t noise = pv_noise(cell, plane->noise_key, site->x, site->y, plane->noise_wave);
+        pv_turn((int32_t)(noise * plane->noise_swing >> 16), &site->cosine, &site->sine);
+    }
+}
+
+void pv_site_turn(const pv_plane *plane, pave_site *site)
+{
+    edge_near edge;
+    pv_noise_cell cell = { .known = 0 };
+    turn(plane, site, near_edge(plane, site->x, site->y, &edge) ? &edge : NULL, &cell);
+}
+
+static int32_t mean(int64_t sum, int64_t count)
+{
+    return (int32_t)(128 + pv_floor_div(256 * sum + count / 2, count));
+}
+
+/* An empty cell lies under the boxes of its neighbours; a new place at random in its home cell gets it out. */
+static void revive(const pv_plane *plane, int32_t index, int32_t iteration, pave_site *site)
+{
+    const pv_home *home = &plane->home[index];
+    pv_random r = pv_draw(plane->seed, PV_DRAW_REVIVE, (uint32_t)home->x, (uint32_t)home->y,
+                          (uint32_t)(iteration * 64 + home->slot));
+    site->x = home->x * plane->cell + (int32_t)pv_below(r.word[0], (uint32_t)plane->cell);
+    site->y = home->y * plane->cell + (int32_t)pv_below(r.word[1], (uint32_t)plane->cell);
+}
+
+void pv_site_relax(const pv_plane *plane, int32_t index, int32_t iteration, const pv_sum *sum, pv_noise_cell *cell,
+                   pave_site *site)
+{
+    if (sum->count) {
+        site->x = mean(sum->x, sum->count);
+        site->y = mean(sum->y, sum->count);
+    } else {
+        revive(plane, index, iteration, site);
+    }
+    int32_t right = 256 * plane->width - 1, bottom = 256 * plane->height - 1;
+    site->x = clamp(site->x, 0, right);
+    site->y = clamp(site->y, 0, bottom);
+    edge_near edge;
+    int near = near_edge(plane, site->x, site->y, &edge);
+    if (near) {
+        int64_t way = plane->push_to - edge.distance;
+        site->x = clamp(site->x + (int32_t)((way * edge.nx + 32768) >> 16), 0, right);
+        site->y = clamp(site->y + (int32_t)((way * edge.ny + 32768) >> 16), 0, bottom);
+    }
+    turn(plane, site, near ? &edge : NULL, cell);
+}

@@ -1,0 +1,20 @@
+/* How a site moves between two labellings (III.B). The C twin of shaders/relax.comp. */
+#pragma once
+
+#include "backend/backend.h"
+#include "util/noise.h"
+
+/* The pixels of a cell: how many, and the sums of their columns and rows. */
+typedef struct pv_sum {
+    int64_t count, x, y;
+} pv_sum;
+
+/* Turns a site at its place: along the edge if one is near, by the noise otherwise. */
+void pv_site_turn(const pv_plane *plane, pave_site *site);
+
+/* Fetches the edges around a site that is soon to move; it seldom moves far from there. */
+void pv_site_prefetch(const pv_plane *plane, const pave_site *site);
+
+/* Moves site `index` to its cell's centroid, off the edge, and turns it. `cell` is kept from site to site. */
+void pv_site_relax(const pv_plane *plane, int32_t index, int32_t iteration, const pv_sum *sum, pv_noise_cell *cell,
+                   pave_site *site);

@@ -1,0 +1,40 @@
+/* The distance field from inside. While it is computed, distances are integers in 1/65536 px. */
+#pragma once
+
+#include "base/params.h"
+
+#include <pave/field.h>
+
+extern const pv_table pv_field_table;
+
+enum { PV_FIELD_ONE = 65536 };
+#define PV_FIELD_FAR 0x7fffffffu /* saturation: 32767 px and beyond, or no edge at all */
+
+struct pave_field {
+    int32_t width, height;
+    float *distance;
+    pave_field_params params;
+};
+
+/* A drawing's pixels with their size. */
+typedef struct pv_drawing {
+    int32_t width, height;
+    const uint8_t *pixels;
+} pv_drawing;
+
+/* edges.c: writes 0.5 or sqrt(2)/2 where a pixel has a neighbour of another colour, PV_FIELD_FAR elsewhere. */
+pave_result pv_edges(pave_context *context, const pv_drawing *drawing, uint32_t *distance);
+
+/* Lengths of a chamfer transform's steps, in 1/65536 px. */
+typedef struct pv_steps {
+    uint32_t straight, diagonal;
+} pv_steps;
+
+/* chamfer.c: fills in the rest by the quasi-Euclidean 3x3 chamfer transform. */
+pave_result pv_chamfer(pave_context *context, int32_t width, int32_t height, pv_steps steps, uint32_t *distance);
+
+/* euclid.c: the exact distance to the frontier instead; needs no pv_edges. */
+pave_result pv_euclid(pave_context *context, const pv_drawing *drawing, uint32_t *distance);
+
+/* gradient.c: Sobel over 8 at one pixel, image rows going down. */
+void pv_gradient(const pave_field *field, int32_t x, int32_t y, float *gx, float *gy);

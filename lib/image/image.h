@@ -1,0 +1,33 @@
+/* Images from inside. */
+#pragma once
+
+#include "base/params.h"
+
+#include <pave/image.h>
+
+enum { PV_MOST_CHANNELS = 32, PV_CHANNEL_NAME = 64 };
+
+extern const pv_table pv_threshold_table;
+
+struct pave_image {
+    int32_t width, height, channels, type, encoding, alpha;
+    char names[PV_MOST_CHANNELS][PV_CHANNEL_NAME];
+    void *pixels;
+};
+
+/* Bytes of one value of a type; 0 for an unknown type. */
+size_t pv_type_bytes(int32_t type);
+
+/* A new image whose pixels are not yet written (they are the caller's to fill before anyone else sees the image). All
+ * limits are checked first. */
+pave_result pv_image_new(pave_context *context, const pave_image_params *params, pave_image **out);
+
+/* Is there a channel of this name, and where: -1 if not. */
+int32_t pv_image_channel(const pave_image *image, const char *name);
+
+/* One value as a number: 0..1 for PAVE_U8 and PAVE_U16, as stored for the others. */
+double pv_image_value(const pave_image *image, int64_t index);
+
+/* Checks a width and height against the context's limits before anything is made of that size. `what` begins the
+ * sentence of a failure: "drawing.png". */
+pave_result pv_check_size(pave_context *context, const char *what, int64_t width, int64_t height);

@@ -1,0 +1,47 @@
+/* The interface of the module pave-oiio.so, which decodes and encodes images through OpenImageIO. Plain C. */
+#pragma once
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include <pave/image.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { PV_CODEC_VERSION = 1, PV_CODEC_TEXT = 512, PV_CODEC_NAMES = 2048 };
+
+typedef struct pv_codec_job pv_codec_job;
+
+typedef struct pv_picture {
+    int32_t width, height, channels;
+    int32_t type;   /* PAVE_U8 ... */
+    int32_t linear; /* encoded: numbers are linear light */
+    int32_t alpha;
+    int32_t rows;   /* a range of rows begins at a multiple of this */
+    char names[PV_CODEC_NAMES]; /* "R,G,B" */
+} pv_picture;
+
+/* Takes `size` bytes of the encoded file for a place in it; 0 if that failed. */
+typedef int32_t (*pv_codec_sink)(void *user, int64_t offset, const void *bytes, size_t size);
+
+/* All functions return a pave_result; on failure `text` holds the reason, in one line. Rows are interleaved and of
+ * the picture's type. A job is closed in any case. */
+typedef struct pv_codec {
+    pave_result (*decode)(const char *format, const void *bytes, size_t size, pv_picture *picture, pv_codec_job **job,
+                          char *text);
+    pave_result (*read)(pv_codec_job *job, int32_t from, int32_t to, void *pixels, char *text);
+    pave_result (*encode)(const char *format, const pv_picture *picture, pv_codec_sink sink, void *user,
+                          pv_codec_job **job, char *text);
+    pave_result (*write)(pv_codec_job *job, int32_t from, int32_t to, const void *pixels, char *text);
+    pave_result (*finish)(pv_codec_job *job, char *text);
+    void (*close)(pv_codec_job *job);
+} pv_codec;
+
+/* What the module exports as "pave_oiio_codec": NULL if it does not speak this version. */
+typedef const pv_codec *(*pv_codec_entry)(int32_t version);
+
+#ifdef __cplusplus
+}
+#endif

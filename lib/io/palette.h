@@ -1,0 +1,18 @@
+/* The colours of a pavement, the same in the SVG and in the picture. */
+#pragma once
+
+#include <stdint.h>
+
+typedef struct pv_colour { uint8_t r, g, b; } pv_colour;
+
+static const pv_colour pv_grout = { 0x8C, 0x85, 0x79 };
+
+/* Basalt for black, limestone for white, plain grey between. */
+static inline pv_colour pv_stone_colour(uint8_t value)
+{
+    if (value == 0)
+        return (pv_colour){ 0x1F, 0x1D, 0x1B };
+    if (value == 255)
+        return (pv_colour){ 0xF4, 0xF1, 0xEA };
+    return (pv_colour){ value, value, value };
+}

@@ -1,0 +1,8 @@
+/* Writers of stones, one a format. */
+#pragma once
+
+#include "stones/stones.h"
+
+pave_result pv_svg_write(pave_context *context, const pave_stones *stones, const char *path);
+pave_result pv_preview_write(pave_context *context, const pave_stones *stones, const char *path);
+pave_result pv_report_write(pave_context *context, const pave_stones *stones, const char *path);

@@ -1,0 +1,110 @@
+/* The whole job in one call, and the register of parameter tables: the two things that know every stage. */
+#include "base/params.h"
+#include "cvd/cvd.h"
+#include "field/field.h"
+#include "image/image.h"
+#include "stones/stones.h"
+
+#include <pave/pave.h>
+
+static const pave_lay_params default_params = PAVE_LAY_PARAMS_INIT;
+
+void pave_lay_params_init(pave_lay_params *params, size_t size)
+{
+    const pv_table table = { "lay", sizeof default_params, &default_params, NULL, 0 };
+    pv_params_init(&table, params, size);
+}
+
+static const pv_table *find_table(int32_t table)
+{
+    switch (table) {
+    case PAVE_PARAMS_CONTEXT: return &pv_context_table;
+    case PAVE_PARAMS_LIMITS: return &pv_limits_table;
+    case PAVE_PARAMS_THRESHOLD: return &pv_threshold_table;
+    case PAVE_PARAMS_FIELD: return &pv_field_table;
+    case PAVE_PARAMS_CVD: return &pv_cvd_table;
+    case PAVE_PARAMS_STONES: return &pv_stones_table;
+    default: return NULL;
+    }
+}
+
+int32_t pave_params_count(int32_t table)
+{
+    const pv_table *found = find_table(table);
+    return found ? found->count : 0;
+}
+
+pave_result pave_params_describe(int32_t table, int32_t index, pave_param *out)
+{
+    return pv_param_describe(find_table(table), index, out);
+}
+
+pave_result pave_params_set(pave_context *context, int32_t table, void *params, const char *name, const char *value)
+{
+    const pv_table *found = find_table(table);
+    if (!context || !found || !params || !name || !value)
+        return PAVE_ERR_ARGUMENT;
+    return pv_param_set(context, found, params, name, value);
+}
+
+/* What the stages hand on to each other. */
+typedef struct lay_work {
+    pave_image *drawing;
+    pave_field *field;
+    pave_cvd *cvd;
+    pave_stones *stones;
+} lay_work;
+
+/* The shares of progress are about those of the time. */
+static pave_result run_stages(pave_context *context, const pave_image *image, const pave_lay_params *params,
+                              lay_work *work)
+{
+    double start = pv_seconds(), after_field = start, after_cvd = start;
+    pv_call call = pv_call_begin(context, "lay", 0, 0.05);
+    pave_result result = pave_image_threshold(context, image, params->threshold, &work->drawing);
+    if (!result)
+        result = pave_field_create(context, work->drawing, params->field, &work->field);
+    pv_call_end(context, call);
+    after_field = pv_seconds();
+    call = pv_call_begin(context, "lay", 0.05, 0.85);
+    if (!result)
+        result = pave_cvd_create(context, work->field, params->cvd, &work->cvd);
+    pv_call_end(context, call);
+    after_cvd = pv_seconds();
+    call = pv_call_begin(context, "lay", 0.85, 1);
+    if (!result)
+        result = pave_stones_create(context, work->drawing, work->field, work->cvd, params->stones, &work->stones);
+    pv_call_end(context, call);
+    if (result)
+        return result;
+    pave_measure *measure = &work->stones->measure;
+    measure->seconds_field = after_field - start;
+    measure->seconds_cvd = after_cvd - after_field;
+    measure->seconds_stones = pv_seconds() - after_cvd;
+    return pv_params_read(context, &pv_threshold_table, params->threshold, &work->stones->threshold);
+}
+
+pave_result pave_lay(pave_context *context, const pave_image *image, const pave_lay_params *given,
+                     pave_stones **out)
+{
+    if (out)
+        *out = NULL;
+    if (!context || !image || !out)
+        return PAVE_ERR_ARGUMENT;
+    pave_lay_params params;
+    pave_result result =
+        pv_struct_read(context, "lay", &default_params, sizeof default_params, given, &params);
+    if (result)
+        return result;
+    lay_work work = { NULL, NULL, NULL, NULL };
+    pv_call call = pv_call_begin(context, "lay", 0, 1);
+    result = run_stages(context, image, &params, &work);
+    pv_call_end(context, call);
+    pave_image_free(&work.drawing);
+    pave_field_free(&work.field);
+    pave_cvd_free(&work.cvd);
+    if (result)
+        pave_stones_free(&work.stones);
+    *out = work.stones;
+    return result;
+}

@@ -1,0 +1,59 @@
+/* What a pavement is judged by: corners (Fig. 9), areas (Fig. 12), coverage. */
+#include "stones/stones.h"
+
+#include "util/polygon.h"
+
+#include <math.h>
+#include <string.h>
+
+static void count_in(int64_t *bins, double at)
+{
+    bins[at < PAVE_MEASURE_BINS - 1 ? (int)at : PAVE_MEASURE_BINS - 1]++;
+}
+
+static double area_of(const pave_stones *stones, int32_t s)
+{
+    const double *v = stones->vertices + 2 * stones->starts[s];
+    int64_t count = stones->starts[s + 1] - stones->starts[s];
+    double area = 0;
+    for (int64_t i = 1; i + 1 < count; i++)
+        area += pv_left_turn(v[0], v[1], v[2 * i], v[2 * i + 1], v[2 * i + 2], v[2 * i + 3]);
+    return area / 2;
+}
+
+void pv_stones_measure(const pv_mesh *mesh, double half_side, pave_stones *stones)
+{
+    pave_measure *m = &stones->measure;
+    double sum = 0, squares = 0;
+    m->sites = mesh->ring_count;
+    m->stones = stones->count;
+    m->lost = mesh->ring_count - stones->count;
+    m->half_side = half_side;
+    m->area_step = half_side * half_side / 2;
+    for (int32_t r = 0; r < mesh->ring_count; r++)
+        count_in(m->corners_before, (double)(mesh->first[r + 1] - mesh->first[r]));
+    for (int32_t s = 0; s < stones->count; s++) {
+        double area = area_of(stones, s);
+        count_in(m->corners_after, (double)(stones->starts[s + 1] - stones->starts[s]));
+        count_in(m->areas, area / m->area_step);
+        sum += area;
+        squares += area * area;
+    }
+    double n = stones->count ? stones->count : 1, variance = squares / n - sum / n * (sum / n);
+    m->area_mean = sum / n;
+    m->area_deviation = variance > 0 ? sqrt(variance) : 0;
+    m->coverage = sum / ((double)stones->width * stones->height);
+}
+
+pave_result pave_stones_measure(pave_context *context, const pave_stones *stones, pave_measure *measure)
+{
+    if (!context || !stones || !measure)
+        return PAVE_ERR_ARGUMENT;
+    size_t size = measure->size, known = sizeof stones->measure;
+    if (size < sizeof(size_t) || size > 65536)
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "the measure has no size: set it first");
+    memset(measure, 0, size);
+    memcpy(measure, &stones->measure, size < known ? size : known);
+    measure->size = size;
+    return PAVE_OK;
+}

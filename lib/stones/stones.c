@@ -1,0 +1,113 @@
+/* Stones: trace the cells, colour them, flatten wide angles, snap to the edges, isolate each stone (III.C). */
+#include "stones/stones.h"
+
+#include "cvd/cvd.h"
+#include "field/field.h"
+#include "image/image.h"
+
+#include <string.h>
+
+static const pave_stones_params default_params = PAVE_STONES_PARAMS_INIT;
+
+static const pv_param stones_rows[] = {
+    PV_CHOICE(pave_stones_params, mode, "paper", "how stones are made: the text to the letter"),
+    PV_REAL(pave_stones_params, grout, "px", 0, 1024, "joint width; corners move half of it to the centroid"),
+    PV_REAL(pave_stones_params, wide_angle, "degrees", 90, 180, "inner angles beyond this are flattened"),
+    PV_INTEGER(pave_stones_params, passes, "", 0, 100, "times that wide angles are flattened"),
+    PV_REAL(pave_stones_params, drop_angle, "degrees", 90, 180, "corners of a stone wider than this are dropped"),
+    PV_REAL(pave_stones_params, small_edge, "half sides", 0, 2, "shorter edges of a stone lose an end"),
+};
+
+const pv_table pv_stones_table = PV_TABLE("stones", default_params, stones_rows);
+
+void pave_stones_params_init(pave_stones_params *params, size_t size)
+{
+    pv_params_init(&pv_stones_table, params, size);
+}
+
+static pave_result make(pave_context *context, const pave_image *drawing, const pave_field *field,
+                        const pave_cvd *cvd, pave_stones *stones)
+{
+    pv_mesh mesh;
+    double h = cvd->params.half_side;
+    pave_result result = pv_mesh_trace(context, cvd, &mesh);
+    if (!result) {
+        pv_mesh_colour(drawing, &mesh);
+        result = pv_mesh_flatten(context, &stones->params, &mesh);
+    }
+    if (!result) {
+        pv_mesh_colour(drawing, &mesh);
+        result = pv_mesh_snap(context, drawing, field, &mesh);
+    }
+    if (!result)
+        result = pv_stones_isolate(context, drawing, &mesh, h, stones);
+    if (!result)
+        pv_stones_measure(&mesh, h, stones);
+    pv_mesh_free(&mesh);
+    return result ? result : pv_progress(context, 1);
+}
+
+static pave_result check_inputs(pave_context *context, const pave_image *drawing, const pave_field *field,
+                                const pave_cvd *cvd)
+{
+    if (drawing->channels != 1 || drawing->type != PAVE_U8)
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "a drawing has one 8-bit channel: call pave_image_threshold first");
+    if (drawing->width != cvd->width || drawing->height != cvd->height || field->width != cvd->width ||
+        field->height != cvd->height)
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "drawing, field and diagram are not of one size");
+    return PAVE_OK;
+}
+
+pave_result pave_stones_create(pave_context *context, const pave_image *drawing, const pave_field *field,
+                               const pave_cvd *cvd, const pave_stones_params *given, pave_stones **out)
+{
+    if (out)
+        *out = NULL;
+    if (!context || !drawing || !field || !cvd || !out)
+        return PAVE_ERR_ARGUMENT;
+    pave_stones_params params;
+    pave_result result = pv_params_read(context, &pv_stones_table, given, &params);
+    if (!result)
+        result = check_inputs(context, drawing, field, cvd);
+    if (result)
+        return result;
+    pave_stones *stones = pv_allocate_zeroed(context, 1, sizeof *stones, &result);
+    if (!stones)
+        return result;
+    stones->width = cvd->width;
+    stones->height = cvd->height;
+    stones->measure.size = sizeof stones->measure;
+    stones->cvd = cvd->params;
+    stones->params = params;
+    stones->field = field->params;
+    pave_threshold_params_init(&stones->threshold, sizeof stones->threshold);
+    stones->backend = cvd->backend;
+    memcpy(stones->backend_name, cvd->backend_name, sizeof stones->backend_name);
+    pv_call call = pv_call_begin(context, "stones", 0, 1);
+    result = make(context, drawing, field, cvd, stones);
+    pv_call_end(context, call);
+    if (result)
+        pave_stones_free(&stones);
+    *out = stones;
+    return result;
+}
+
+void pave_stones_free(pave_stones **stones)
+{
+    if (!stones || !*stones)
+        return;
+    pv_release((*stones)->starts);
+    pv_release((*stones)->vertices);
+    pv_release((*stones)->colours);
+    pv_release((*stones)->sites);
+    pv_release(*stones);
+    *stones = NULL;
+}
+
+int32_t pave_stones_width(const pave_stones *stones) { return stones->width; }
+int32_t pave_stones_height(const pave_stones *stones) { return stones->height; }
+int32_t pave_stones_count(const pave_stones *stones) { return stones->count; }
+const int64_t *pave_stones_starts(const pave_stones *stones) { return stones->starts; }
+const double *pave_stones_vertices(const pave_stones *stones) { return stones->vertices; }
+const uint8_t *pave_stones_colours(const pave_stones *stones) { return stones->colours; }
+const int32_t *pave_stones_sites(const pave_stones *stones) { return stones->sites; }

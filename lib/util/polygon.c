@@ -1,0 +1,107 @@
+/* Plane polygons: angles, and exact tests on the integer grid. */
+#include "util/polygon.h"
+
+#include "util/fixed.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+double pv_corner_width(double ax, double ay, double bx, double by, double cx, double cy)
+{
+    double ux = ax - bx, uy = ay - by, vx = cx - bx, vy = cy - by;
+    double lengths = sqrt((ux * ux + uy * uy) * (vx * vx + vy * vy));
+    if (!(lengths > 0))
+        return 1; /* a corner on its neighbour is as good as straight */
+    double cosine = (ux * vx + uy * vy) / lengths;
+    return pv_left_turn(ax, ay, bx, by, cx, cy) >= 0 ? -cosine : 2 + cosine;
+}
+
+/* By the integer cosine, for libm's may differ in its last bit between machines. */
+double pv_width_of_degrees(double degrees)
+{
+    double quarters = degrees / 90 * 16384;
+    int32_t below = (int32_t)floor(quarters), c0, c1, s;
+    pv_turn(below, &c0, &s);
+    pv_turn(below + 1, &c1, &s);
+    return -(c0 + (c1 - c0) * (quarters - below)) / 65536;
+}
+
+static int64_t cross(pv_cell a, pv_cell b, pv_cell c)
+{
+    return ((int64_t)b.x - a.x) * ((int64_t)a.y - c.y) - ((int64_t)a.y - b.y) * ((int64_t)c.x - a.x);
+}
+
+int64_t pv_ring_area(const pv_cell *ring, int32_t count)
+{
+    int64_t area = 0;
+    for (int32_t i = 1; i + 1 < count; i++)
+        area += cross(ring[0], ring[i], ring[i + 1]);
+    return area;
+}
+
+static int within(int64_t a, int64_t b, int64_t v)
+{
+    return a < b ? a <= v && v <= b : b <= v && v <= a;
+}
+
+static int sign(int64_t v)
+{
+    return (v > 0) - (v < 0);
+}
+
+static int on_side(pv_cell a, pv_cell b, pv_cell p)
+{
+    return cross(a, b, p) == 0 && within(a.x, b.x, p.x) && within(a.y, b.y, p.y);
+}
+
+static int sides_touch(pv_cell a, pv_cell b, pv_cell c, pv_cell d)
+{
+    if (sign(cross(a, b, c)) * sign(cross(a, b, d)) < 0 && sign(cross(c, d, a)) * sign(cross(c, d, b)) < 0)
+        return 1;
+    return on_side(a, b, c) || on_side(a, b, d) || on_side(c, d, a) || on_side(c, d, b);
+}
+
+/* Neighbouring sides a b and b c may only share b: c must not lie back along a b. */
+static int folds_back(pv_cell a, pv_cell b, pv_cell c)
+{
+    int64_t along = ((int64_t)a.x - b.x) * ((int64_t)c.x - b.x) + ((int64_t)a.y - b.y) * ((int64_t)c.y - b.y);
+    return cross(a, b, c) == 0 && along >= 0;
+}
+
+int pv_ring_valid(const pv_cell *ring, int32_t count)
+{
+    if (count < 3 || pv_ring_area(ring, count) <= 0)
+        return 0;
+    for (int32_t i = 0; i < count; i++) {
+        pv_cell a = ring[i], b = ring[(i + 1) % count];
+        if (folds_back(a, b, ring[(i + 2) % count]))
+            return 0;
+        for (int32_t j = i + 2; j < count; j++)
+            if ((j + 1) % count != i && sides_touch(a, b, ring[j], ring[(j + 1) % count]))
+                return 0;
+    }
+    return 1;
+}
+
+static int by_place(const void *a, const void *b)
+{
+    const pv_cell *p = a, *q = b;
+    return p->x != q->x ? (p->x > q->x) - (p->x < q->x) : (p->y > q->y) - (p->y < q->y);
+}
+
+/* Andrew's monotone chain: the lower side from left to right, then the upper one back. */
+int32_t pv_convex_hull(pv_cell *points, int32_t count, pv_cell *hull)
+{
+    int32_t n = 0;
+    qsort(points, (size_t)count, sizeof *points, by_place);
+    for (int32_t pass = 0, start = 0; pass < 2; pass++, start = n) {
+        for (int32_t i = 0; i < count; i++) {
+            pv_cell p = points[pass ? count - 1 - i : i];
+            while (n >= start + 2 && cross(hull[n - 2], hull[n - 1], p) <= 0)
+                n--;
+            hull[n++] = p;
+        }
+        n--; /* the last point begins the other side */
+    }
+    return n;
+}

@@ -1,0 +1,62 @@
+/* Numbers to text and back. printf and strtod follow the locale's decimal separator; here it is put right. */
+#include "util/text.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+void pv_text_number(char *out, size_t capacity, double value)
+{
+    char text[40];
+    for (int digits = 6; digits <= 17; digits++) {
+        snprintf(text, sizeof text, "%.*g", digits, value);
+        if (strtod(text, NULL) == value)
+            break;
+    }
+    size_t plain = strspn(text, "+-0123456789einfa"), mark = strcspn(text + plain, "0123456789e");
+    snprintf(out, capacity, "%.*s%s%s", (int)plain, text, mark ? "." : "", text + plain + mark);
+}
+
+size_t pv_text_thousandths(char *out, int64_t value)
+{
+    char *p = out;
+    if (value < 0)
+        *p++ = '-', value = -value;
+    p += sprintf(p, "%lld", (long long)(value / 1000));
+    int32_t part = (int32_t)(value % 1000);
+    if (part) {
+        *p++ = '.';
+        for (int32_t place = 100; part; part %= place, place /= 10)
+            *p++ = (char)('0' + part / place);
+    }
+    *p = 0;
+    return (size_t)(p - out);
+}
+
+int pv_parse_whole(const char *text, uint64_t *out)
+{
+    uint64_t value = 0;
+    if (!*text)
+        return 0;
+    for (; *text; text++)
+        if (*text < '0' || *text > '9' || __builtin_mul_overflow(value, 10u, &value) ||
+            __builtin_add_overflow(value, (uint64_t)(*text - '0'), &value))
+            return 0;
+    *out = value;
+    return 1;
+}
+
+/* strtod with the separator that this locale wants, found by printing one. */
+int pv_parse_number(const char *text, double *out)
+{
+    char copy[80], half[16], *end;
+    size_t length = strlen(text), whole = strcspn(text, ".");
+    if (!length || length > 60 || strspn(text, "0123456789+-.eE") != length)
+        return 0;
+    size_t mark = (size_t)snprintf(half, sizeof half, "%.1f", 0.5) - 2;
+    snprintf(copy, sizeof copy, "%.*s%.*s%s", (int)whole, text, text[whole] ? (int)mark : 0, half + 1,
+             text + whole + (text[whole] != 0));
+    *out = strtod(copy, &end);
+    return !*end && isfinite(*out);
+}

@@ -1,0 +1,15 @@
+/* Numbers to text and back, the same in every locale. */
+#pragma once
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* The shortest decimal text that reads back as the same double ("4.5", "nan"). Cuts what does not fit. */
+void pv_text_number(char *out, size_t capacity, double value);
+
+/* value / 1000 with no more digits than needed ("12.3"). Writes at most 24 bytes, returns their number. */
+size_t pv_text_thousandths(char *out, int64_t value);
+
+/* The whole of `text` as a finite number, or as a whole number below 2^64. 0 if it is not one. */
+int pv_parse_number(const char *text, double *out);
+int pv_parse_whole(const char *text, uint64_t *out);

@@ -1,0 +1,72 @@
+/* What every unit test includes: cmocka, and contexts that tell what went wrong. */
+#pragma once
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include <pave/pave.h>
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define assert_ok(call) assert_int_equal((call), PAVE_OK)
+
+static inline pave_context *make_context(int32_t threads, int32_t backend)
+{
+    pave_context_params params = PAVE_CONTEXT_PARAMS_INIT;
+    pave_context *context = NULL;
+    params.threads = threads;
+    params.backend = backend;
+    assert_ok(pave_context_create(&params, &context));
+    return context;
+}
+
+/* A drawing from text: '#' is black, anything else white; all rows as long as the first. */
+static inline pave_image *draw_text(pave_context *context, const char *const *rows, int32_t height)
+{
+    pave_image_params params = PAVE_IMAGE_PARAMS_INIT;
+    pave_image *image = NULL;
+    params.width = (int32_t)strlen(rows[0]);
+    params.height = height;
+    uint8_t *pixels = malloc((size_t)params.width * (size_t)height);
+    for (int32_t y = 0; y < height; y++)
+        for (int32_t x = 0; x < params.width; x++)
+            pixels[y * params.width + x] = rows[y][x] == '#' ? 0 : 255;
+    assert_ok(pave_image_create(context, &params, pixels, &image));
+    free(pixels);
+    return image;
+}
+
+/* A ring, a bar and a slanted line: straight and curved edges, thin and thick. */
+static inline pave_image *draw_shapes(pave_context *context, int32_t width, int32_t height)
+{
+    pave_image_params params = PAVE_IMAGE_PARAMS_INIT;
+    pave_image *image = NULL;
+    params.width = width;
+    params.height = height;
+    uint8_t *pixels = malloc((size_t)width * (size_t)height);
+    int64_t side = width < height ? width : height;
+    for (int32_t y = 0; y < height; y++)
+        for (int32_t x = 0; x < width; x++) {
+            int64_t dx = x - width / 3, dy = y - height / 2, r = dx * dx + dy * dy;
+            int ring = r * 9 < side * side && r * 25 > side * side;
+            int bar = x > width * 3 / 4 && x < width * 7 / 8, line = labs((long)(3 * y - 2 * x)) < 12;
+            pixels[(int64_t)y * width + x] = ring || bar || line ? 0 : 255;
+        }
+    assert_ok(pave_image_create(context, &params, pixels, &image));
+    free(pixels);
+    return image;
+}
+
+static inline uint64_t hash_bytes(const void *data, size_t size)
+{
+    const unsigned char *bytes = data;
+    uint64_t hash = 14695981039346656037u;
+    for (size_t i = 0; i < size; i++)
+        hash = (hash ^ bytes[i]) * 1099511628211u;
+    return hash;
+}

@@ -1,0 +1,108 @@
+/* Allocation failures: every allocation of the whole job fails once; the call must fail cleanly, leak nothing, leave
+ * the context usable, and give the same stones the next time. */
+#include "test.h"
+
+typedef struct failing {
+    int64_t calls, fail_at, blocks;
+} failing;
+
+static void *failing_alloc(void *user, size_t size)
+{
+    failing *f = user;
+    if (++f->calls == f->fail_at)
+        return NULL;
+    f->blocks++;
+    return malloc(size);
+}
+
+static void failing_free(void *user, void *memory)
+{
+    ((failing *)user)->blocks--;
+    free(memory);
+}
+
+static uint64_t lay_once(pave_context *context, int32_t metric, pave_result *result)
+{
+    pave_field_params field = PAVE_FIELD_PARAMS_INIT;
+    pave_lay_params params = PAVE_LAY_PARAMS_INIT;
+    pave_image_params shape = PAVE_IMAGE_PARAMS_INIT;
+    pave_image *image = NULL;
+    pave_stones *stones = NULL;
+    uint64_t hash = 0;
+    uint8_t pixels[40 * 30];
+    for (int i = 0; i < 40 * 30; i++)
+        pixels[i] = i % 40 < 17 ? 0 : 255;
+    shape.width = 40;
+    shape.height = 30;
+    field.metric = metric;
+    params.field = &field;
+    *result = pave_image_create(context, &shape, pixels, &image);
+    if (!*result)
+        *result = pave_lay(context, image, &params, &stones);
+    if (!*result)
+        hash = hash_bytes(pave_stones_vertices(stones),
+                          (size_t)pave_stones_starts(stones)[pave_stones_count(stones)] * 16);
+    else
+        assert_null(stones);
+    pave_stones_free(&stones);
+    pave_image_free(&image);
+    return hash;
+}
+
+static void every_allocation_may_fail(void **state)
+{
+    (void)state;
+    for (int32_t metric = 0; metric < 2; metric++) {
+        failing f = { 0, 0, 0 };
+        pave_context_params params = PAVE_CONTEXT_PARAMS_INIT;
+        pave_context *context;
+        pave_result result;
+        params.alloc = failing_alloc;
+        params.free = failing_free;
+        params.alloc_user = &f;
+        params.threads = 1;
+        params.backend = PAVE_BACKEND_CPU;
+        assert_ok(pave_context_create(&params, &context));
+        int64_t idle = f.blocks, before = f.calls;
+        uint64_t expected = lay_once(context, metric, &result);
+        assert_ok(result);
+        int64_t points = f.calls - before;
+        assert_true(points > 20);
+        for (int64_t k = 1; k <= points; k++) {
+            f.fail_at = f.calls + k;
+            lay_once(context, metric, &result);
+            assert_int_equal(result, PAVE_ERR_MEMORY);
+            assert_non_null(strstr(pave_context_message(context), "out of memory"));
+            assert_int_equal(f.blocks, idle);
+        }
+        f.fail_at = 0;
+        assert_true(lay_once(context, metric, &result) == expected);
+        pave_context_free(&context);
+        assert_int_equal(f.blocks, 0);
+    }
+}
+
+static void contexts_may_fail_too(void **state)
+{
+    (void)state;
+    for (int64_t k = 1; k <= 2; k++) {
+        failing f = { 0, k, 0 };
+        pave_context_params params = PAVE_CONTEXT_PARAMS_INIT;
+        pave_context *context = (pave_context *)1;
+        params.alloc = failing_alloc;
+        params.free = failing_free;
+        params.alloc_user = &f;
+        assert_int_equal(pave_context_create(&params, &context), PAVE_ERR_MEMORY);
+        assert_null(context);
+        assert_int_equal(f.blocks, 0);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_allocation_may_fail),
+        cmocka_unit_test(contexts_may_fail_too),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
