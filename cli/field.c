@@ -16,7 +16,7 @@ static int run(const cli_command *command, pave_context *context, const pave_thr
 {
     pave_image *image = NULL, *drawing = NULL;
     pave_field *field = NULL;
-    pave_result result = pave_image_read(context, command->input[0], &image);
+    pave_result result = read_image(context, command->input[0], &image);
     if (result)
         return exit_code(result, WHILE_READING);
     result = pave_image_threshold(context, image, threshold, &drawing);

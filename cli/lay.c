@@ -28,7 +28,7 @@ static int run(const cli_command *command, pave_context *context, const pave_lay
 {
     pave_image *drawing = NULL;
     pave_stones *stones = NULL;
-    pave_result result = pave_image_read(context, command->input[0], &drawing);
+    pave_result result = read_image(context, command->input[0], &drawing);
     if (result)
         return exit_code(result, WHILE_READING);
     result = pave_lay(context, drawing, params, &stones);

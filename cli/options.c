@@ -67,7 +67,7 @@ static int distance(const char *a, const char *b)
 const char *nearest_name(const char *typed, const char *const *names, int count)
 {
     const char *best = NULL;
-    int least = strlen(typed) < 4 ? 2 : 3;
+    int least = strlen(typed) < 3 ? 2 : 3;
     for (int i = 0; i < count; i++)
         if (distance(typed, names[i]) < least)
             least = distance(typed, names[i]), best = names[i];
@@ -85,26 +85,30 @@ static void print_value(const pave_param *param, double value)
         printf("%.15g", value);
 }
 
-static void print_option(const pave_param *param)
+static void print_range(const pave_param *param)
 {
-    char name[NAME], left[160];
-    option_name(name, param->name);
-    if (param->type == PAVE_PARAM_FLAG)
-        snprintf(left, sizeof left, "--%s", name);
-    else
-        snprintf(left, sizeof left, "--%s %s", name, param->choices ? param->choices : *param->unit ? param->unit : "N");
-    printf("  %-28s %s", left, param->help);
-    if (param->type == PAVE_PARAM_FLAG) {
-        putchar('\n');
-        return;
-    }
     printf(" [");
     print_value(param, param->initial);
+    printf("%s%s", *param->unit ? " " : "", param->unit);
     if (param->type == PAVE_PARAM_SEED)
         printf("; any whole number");
     else if (!param->choices)
         printf("; %.15g .. %.15g", param->least, param->greatest);
-    printf("]\n");
+    printf("]");
+}
+
+/* Choices go below the option, for their list may be long. */
+static void print_option(const pave_param *param)
+{
+    char name[NAME], left[NAME + 8];
+    option_name(name, param->name);
+    snprintf(left, sizeof left, "--%s%s", name, param->type == PAVE_PARAM_FLAG ? "" : param->choices ? " NAME" : " N");
+    printf("  %-28s %s", left, param->help);
+    if (param->type != PAVE_PARAM_FLAG)
+        print_range(param);
+    if (param->choices)
+        printf("\n  %-28s %s", "", param->choices);
+    putchar('\n');
 }
 
 static void print_help(const cli_command *command)

@@ -9,11 +9,23 @@
 static pave_context *volatile running;
 static int bar_shown;
 
-/* A second Ctrl-C ends the program at once. */
+static volatile sig_atomic_t nothing_to_lose;
+
+/* A second Ctrl-C ends the program at once, and so does the first one while there is nothing to clean up. */
 static void on_signal(int number)
 {
+    if (nothing_to_lose)
+        _exit(EXIT_CANCELLED);
     signal(number, SIG_DFL);
     pave_context_cancel(running);
+}
+
+pave_result read_image(pave_context *context, const char *path, pave_image **out)
+{
+    nothing_to_lose = 1;
+    pave_result result = pave_image_read(context, path, out);
+    nothing_to_lose = 0;
+    return result;
 }
 
 static void hide_bar(void)

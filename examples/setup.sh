@@ -3,7 +3,7 @@
 pave_build_packages="cmake make gcc g++ libc6-dev libopenexr-dev libopenimageio-dev zlib1g-dev libvulkan-dev glslang-tools
   mesa-vulkan-drivers"
 pave_test_packages="libcmocka-dev pkg-config python3 python3-numpy python3-pil python3-shapely python3-cffi
-  vulkan-validationlayers valgrind"
+  vulkan-validationlayers"
 
 # need_packages PACKAGE...
 need_packages() {

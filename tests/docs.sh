@@ -1,2 +1,28 @@
 #!/bin/sh
-exit 77
+# Every command that the README and the docs show in a ```sh block runs, in a copy of the project where it may write.
+set -eu
+root=$1 build=$2
+work=$(mktemp -d "${TMPDIR:-/tmp}/pave docs.XXXXXX")
+trap 'rm -rf "$work"' EXIT
+cp "$root/examples/drawings/copacabana.png" "$work/drawing.png"
+cp -r "$root/examples" "$work/examples"
+cmake --install "$build" --prefix "$work/prefix" >/dev/null
+PATH=$work/prefix/bin:$PATH
+failed=0
+cd "$work"
+for page in "$root/README.md" "$root"/docs/*.md; do
+  awk '/^```sh$/ {show = 1; next} /^```/ {show = 0} show' "$page" >commands
+  while IFS= read -r command; do
+    case $command in
+      '' | '#'*) continue ;;
+      # the two commands that this test is part of, and set-up of a machine
+      'sh examples/quickstart.sh' | 'sh tests/run.sh' | 'cmake '* | 'sudo '* | 'build/'* | '../shared/'* | 'cc '*) continue ;;
+    esac
+    if ! sh -c "$command" >said 2>&1 </dev/null; then
+      echo "$page: $command" >&2
+      cat said >&2
+      failed=1
+    fi
+  done <commands
+done
+exit $failed

@@ -42,7 +42,7 @@ typedef struct pave_site {
 /* Computes the diagram over the whole drawing of `field`, on the context's backend. A pixel belongs to the site at
  * the smallest distance, and to the site of lower index among equals. A site whose cell came out empty is drawn
  * again at random in its home cell (2h x 2h) for the next iteration.
- * Cost: about iterations * pixels * 4 ns on one AVX2 core; memory 6 bytes a pixel and 100 a site. */
+ * Cost: about iterations * pixels * 4 ns on one AVX2 core; memory 6 bytes a pixel and 120 a site. */
 PAVE_API pave_result pave_cvd_create(pave_context *context, const pave_field *field, const pave_cvd_params *params,
                                      pave_cvd **out);
 PAVE_API void pave_cvd_free(pave_cvd **cvd);

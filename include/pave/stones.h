@@ -66,9 +66,9 @@ typedef struct pave_measure {
     int32_t stones;                              /* polygons that came out */
     int32_t lost;                                /* sites without a stone: an empty cell, or fewer than 3 vertices */
     int32_t repaired;                            /* stones that the last pass had to make valid */
-    int64_t corners_before[PAVE_MEASURE_BINS];   /* stones by number of vertices as traced (Fig. 9); last bin: or more */
-    int64_t corners_after[PAVE_MEASURE_BINS];    /* and at the end */
-    int64_t areas[PAVE_MEASURE_BINS];            /* stones by area (Fig. 12) in steps of area_step; last bin: or more */
+    int64_t corners_before[PAVE_MEASURE_BINS];   /* cells by number of vertices as traced (Fig. 9), */
+    int64_t corners_after[PAVE_MEASURE_BINS];    /* stones at the end; in the last bin: so many or more */
+    int64_t areas[PAVE_MEASURE_BINS];            /* stones by area (Fig. 12), in steps of area_step */
     double area_step;                            /* px^2 */
     double area_mean;                            /* px^2 */
     double area_deviation;                       /* standard deviation, px^2 */

@@ -12,7 +12,7 @@ static const pave_cvd_params default_params = PAVE_CVD_PARAMS_INIT;
 
 static const pv_param cvd_rows[] = {
     PV_REAL(pave_cvd_params, half_side, "px", 1, 4096, "half the side of a mean stone"),
-    PV_INTEGER(pave_cvd_params, stones, "", 0, 1 << 30, "number of stones, instead of half_side; 0: by half_side"),
+    PV_INTEGER(pave_cvd_params, stones, "", 0, 1 << 30, "number of stones wanted, instead of half-side; 0: none"),
     PV_INTEGER(pave_cvd_params, iterations, "", 0, 10000, "times that sites move to the centroid of their cell"),
     PV_SEED(pave_cvd_params, seed, "another seed, another pavement"),
     PV_REAL(pave_cvd_params, cap, "half sides", 0, 1, "half extent of the metric's flat box"),
@@ -47,11 +47,13 @@ static pave_result read_params(pave_context *context, const pave_cvd_params *giv
     if (params->stones) /* Eq. 1 */
         params->half_side = sqrt((double)field->width * field->height / params->stones) / 2;
     if (params->half_side < 1)
-        return pv_fail(context, PAVE_ERR_ARGUMENT, "%d stones are too many for %d x %d px: half a side would be under 1 px",
-                       (int)params->stones, (int)field->width, (int)field->height);
+        return pv_fail(context, PAVE_ERR_ARGUMENT,
+                       "%d stones are too many for %d x %d px: half a side would be under 1 px", (int)params->stones,
+                       (int)field->width, (int)field->height);
     if (params->half_side > 4096)
-        return pv_fail(context, PAVE_ERR_ARGUMENT, "%d stones are too few for %d x %d px: half a side would be over 4096 px",
-                       (int)params->stones, (int)field->width, (int)field->height);
+        return pv_fail(context, PAVE_ERR_ARGUMENT,
+                       "%d stones are too few for %d x %d px: half a side would be over 4096 px", (int)params->stones,
+                       (int)field->width, (int)field->height);
     return PAVE_OK;
 }
 

@@ -9,7 +9,8 @@
 static const pave_field_params default_params = PAVE_FIELD_PARAMS_INIT;
 
 static const pv_param field_rows[] = {
-    PV_CHOICE(pave_field_params, metric, "chamfer|euclid|figure3", "distance to the edges: the text's chamfer, exact, or as Fig. 3 prints it"),
+    PV_CHOICE(pave_field_params, metric, "chamfer|euclid|figure3",
+              "distance to the edges: the text's chamfer, exact, or the numbers of Fig. 3"),
 };
 
 const pv_table pv_field_table = PV_TABLE("field", default_params, field_rows);
@@ -65,7 +66,8 @@ pave_result pave_field_create(pave_context *context, const pave_image *drawing, 
     pave_field_params params;
     pave_result result = pv_params_read(context, &pv_field_table, given, &params);
     if (!result && (drawing->channels != 1 || drawing->type != PAVE_U8))
-        result = pv_fail(context, PAVE_ERR_ARGUMENT, "a drawing has one 8-bit channel: call pave_image_threshold first");
+        result = pv_fail(context, PAVE_ERR_ARGUMENT,
+                         "a drawing has one 8-bit channel: call pave_image_threshold first");
     if (result)
         return result;
 

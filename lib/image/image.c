@@ -4,6 +4,7 @@
 #include "base/params.h"
 #include "util/half.h"
 
+#include <stdio.h>
 #include <string.h>
 
 static const pave_image_params default_params = PAVE_IMAGE_PARAMS_INIT;
@@ -66,7 +67,7 @@ static pave_result set_names(pave_context *context, pave_image *image, const cha
             return pv_fail(context, PAVE_ERR_ARGUMENT, "a channel name is longer than %d bytes", PV_CHANNEL_NAME - 1);
         memcpy(image->names[i], names, length);
         if (!length)
-            image->names[i][0] = 'c', image->names[i][1] = (char)('0' + i / 10), image->names[i][2] = (char)('0' + i % 10);
+            snprintf(image->names[i], PV_CHANNEL_NAME, "c%02d", (int)i);
         names += length + (names[length] == ',');
     }
     return PAVE_OK;

@@ -26,6 +26,6 @@ int64_t pv_ring_area(const pv_cell *ring, int32_t count);
 /* No two sides touch but neighbours at their common corner, and the area is positive. */
 int pv_ring_valid(const pv_cell *ring, int32_t count);
 
-/* The convex hull, written to `hull` (room for count + 1) without corners on straight sides. Sorts `points`. Returns its
- * number of corners. */
+/* The convex hull, written to `hull` (room for count + 1) without corners on straight sides. Sorts `points`. Returns
+ * its number of corners. */
 int32_t pv_convex_hull(pv_cell *points, int32_t count, pv_cell *hull);

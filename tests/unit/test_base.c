@@ -131,21 +131,21 @@ static void ledger_free(void *user, void *memory)
 static void handles_outlive_their_context_and_free_everything(void **state)
 {
     (void)state;
-    ledger ledger = { 0 };
+    ledger counted = { 0 };
     pave_context_params params = PAVE_CONTEXT_PARAMS_INIT;
     params.alloc = ledger_alloc;
     params.free = ledger_free;
-    params.alloc_user = &ledger;
+    params.alloc_user = &counted;
     pave_context *context;
     assert_ok(pave_context_create(&params, &context));
     pave_image *image = draw_shapes(context, 40, 30);
     pave_context_free(&context);
     assert_null(context);
     assert_int_equal(pave_image_width(image), 40);
-    assert_true(ledger.blocks > 0);
+    assert_true(counted.blocks > 0);
     pave_image_free(&image);
     pave_image_free(&image);
-    assert_int_equal(ledger.blocks, 0);
+    assert_int_equal(counted.blocks, 0);
 }
 
 static void memory_is_held_against_the_limit(void **state)
@@ -204,11 +204,11 @@ static void every_task_runs_once(void **state)
     for (int t = 0; t < 3; t++) {
         pave_context *context = make_context(threads[t], PAVE_BACKEND_CPU);
         for (int32_t tasks = 0; tasks <= 1000; tasks += 250) {
-            static tally tally;
-            memset(&tally, 0, sizeof tally);
-            assert_ok(pv_parallel(context, tasks, count_task, &tally, 0, 1));
+            static tally sum;
+            memset(&sum, 0, sizeof sum);
+            assert_ok(pv_parallel(context, tasks, count_task, &sum, 0, 1));
             for (int32_t i = 0; i < 1000; i++)
-                assert_int_equal(atomic_load(&tally.done[i]), i < tasks);
+                assert_int_equal(atomic_load(&sum.done[i]), i < tasks);
         }
         pave_context_free(&context);
     }

@@ -12,7 +12,7 @@
 
 #include <cmocka.h>
 
-enum { STEPS = 3, AFFORDABLE = 20000000 /* metrics for the reference */ };
+enum { STEPS = 3, AFFORDABLE = 8000000 /* metrics for the reference */ };
 
 typedef struct outcome {
     int32_t *labels;

@@ -126,14 +126,6 @@ static void compare(pave_context *context, const pv_backend *other, problem p, i
     forget(&p);
 }
 
-static int32_t cancel_after; /* calls of the progress callback; 0: never */
-
-static int32_t on_progress(void *user, const char *stage, double done)
-{
-    (void)user, (void)stage, (void)done;
-    return cancel_after && !--cancel_after;
-}
-
 static void on_message(void *user, int32_t level, const char *text)
 {
     (void)user, (void)level;
@@ -147,7 +139,6 @@ static int open_context(void **state)
     (void)state;
     pave_context_params params = PAVE_CONTEXT_PARAMS_INIT;
     params.message = on_message;
-    params.progress = on_progress;
     params.threads = 2;
     return pave_context_create(&params, &context);
 }
@@ -233,6 +224,25 @@ static void long_planes(void **state)
     compare(context, &pv_cpu_portable_backend, pose(1000003, 3, 64, SPREAD, 0, 0), 2);
 }
 
+/* Where a search would take too long for the device it ends with a sentence, never with other labels. */
+static void gives_up_rather_than_guess(void **state)
+{
+    (void)state;
+    need_device();
+    problem p = pose(64, 48, 4, CLUSTERED, 0, 60000);
+    void *engine = NULL;
+    char name[128];
+    pv_step step;
+    assert_int_equal(pv_vulkan_compute_backend.open(context, &p.plane, &engine, name), PAVE_OK);
+    pave_result result = pv_vulkan_compute_backend.step(context, engine, 0, 0, 1, &step);
+    pv_vulkan_compute_backend.close(engine);
+    if (result == PAVE_OK)
+        compare(context, &pv_cpu_portable_backend, p, 1);
+    else
+        forget(&p);
+    assert_true(result == PAVE_OK || result == PAVE_ERR_UNSUPPORTED);
+}
+
 static void can_be_cancelled(void **state)
 {
     (void)state;
@@ -251,9 +261,13 @@ static void can_be_cancelled(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(lists_devices),         cmocka_unit_test(matches_the_definition),
-        cmocka_unit_test(matches_the_cpu),       cmocka_unit_test(clusters_overflow_exactly),
-        cmocka_unit_test(long_planes),           cmocka_unit_test(can_be_cancelled),
+        cmocka_unit_test(lists_devices),
+        cmocka_unit_test(matches_the_definition),
+        cmocka_unit_test(matches_the_cpu),
+        cmocka_unit_test(clusters_overflow_exactly),
+        cmocka_unit_test(long_planes),
+        cmocka_unit_test(gives_up_rather_than_guess),
+        cmocka_unit_test(can_be_cancelled),
     };
     return cmocka_run_group_tests_name("vulkan", tests, open_context, close_context);
 }

@@ -84,7 +84,8 @@ static pave_result spend(pass *p, double cost)
 /* How many items of a cost still go into the submit under way. */
 static int32_t slice(const pass *p, int32_t left, int32_t most, double cost)
 {
-    double fits = fmax(GROUP, floor((p->c->budget - p->pending) / cost));
+    double room = fmax(p->c->budget - p->pending, p->c->budget / 4);
+    double fits = fmax(GROUP, floor(room / cost));
     most = left < most ? left : most;
     return fits < most ? (int32_t)fits : most;
 }
