@@ -5,6 +5,7 @@ root=$1 build=$2
 work=$(mktemp -d "${TMPDIR:-/tmp}/pave docs.XXXXXX")
 trap 'rm -rf "$work"' EXIT
 cp "$root/examples/drawings/copacabana.png" "$work/drawing.png"
+cp "$root/examples/lay.c" "$work/lay.c"
 cp -r "$root/examples" "$work/examples"
 cmake --install "$build" --prefix "$work/prefix" >/dev/null
 PATH=$work/prefix/bin:$PATH

@@ -1,6 +1,10 @@
 /* Which backends there are, and which one a job gets. */
 #include "backend/backend.h"
 
+#ifdef PAVE_HAVE_VULKAN
+#include "backend/vulkan/compute.h"
+#endif
+
 #include <stdio.h>
 
 static const pv_backend *const backends[] = {
@@ -47,8 +51,23 @@ pave_result pave_devices(pave_context *context, pave_device *devices, int32_t ca
     return PAVE_OK;
 }
 
+/* Pixel steps from which starting a driver pays: some seconds of one processor. */
+static const double worth_a_driver = 1e9;
+
+static int gpu_pays(pave_context *context, const pv_plane *plane, int32_t iterations)
+{
+#ifdef PAVE_HAVE_VULKAN
+    double steps = (double)plane->width * plane->height * (iterations + 1);
+    return steps >= worth_a_driver && pv_vulkan_has_gpu(context);
+#else
+    (void)context, (void)plane, (void)iterations;
+    return 0;
+#endif
+}
+
 const pv_backend *pv_backend_choose(pave_context *context, const pv_plane *plane, int32_t iterations)
 {
-    (void)plane, (void)iterations;
-    return context->backend == PAVE_BACKEND_AUTO ? &pv_cpu_backend : pv_backend_find(context->backend);
+    if (context->backend != PAVE_BACKEND_AUTO)
+        return pv_backend_find(context->backend);
+    return pv_backend_find(gpu_pays(context, plane, iterations) ? PAVE_BACKEND_VULKAN_COMPUTE : PAVE_BACKEND_CPU);
 }

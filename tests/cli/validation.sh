@@ -1,0 +1,26 @@
+#!/bin/sh
+# The Vulkan validation layer, with synchronisation validation, has nothing to say about a job.
+set -eu
+root=$1 build=$2
+pave=$build/bin/pave
+if ! "$pave" info | grep -q '^vulkan-compute *[^n]'; then
+  echo "skipped: no usable Vulkan device"
+  exit 77
+fi
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+export VK_INSTANCE_LAYERS=VK_LAYER_KHRONOS_validation
+export VK_LAYER_ENABLES=VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT
+VK_LOADER_DEBUG=layer "$pave" info >"$work/loaded" 2>&1
+if ! grep -qi 'khronos_validation' "$work/loaded"; then
+  echo "skipped: the validation layer is not installed"
+  exit 77
+fi
+for half_side in 2 4 40; do
+  "$pave" lay "$root/examples/drawings/copacabana.png" --backend vulkan-compute --half-side $half_side --iterations 3 \
+    --quiet -o "$work/x.svg" >"$work/said" 2>&1
+  if [ -s "$work/said" ]; then
+    cat "$work/said" >&2
+    exit 1
+  fi
+done
