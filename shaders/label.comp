@@ -2,7 +2,7 @@
 //
 // A tile is shared by LANES invocations that lie side by side in a subgroup; each has ROWS rows of 8 pixels. Each lane
 // fetches one candidate at a time and the lanes hand them round, for fetching costs more than the metric itself.
-// Control flow is the same throughout a subgroup: a lane without work repeats its last candidate, which changes nothing.
+// Control flow is the same throughout a subgroup: a lane without work repeats its last candidate, to no effect.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #extension GL_KHR_shader_subgroup_arithmetic : require

@@ -34,7 +34,8 @@ static VkResult allocate(pv_vk *vk, const VkMemoryPropertyFlags *wishes, int cou
     if (type < 0)
         return VK_ERROR_OUT_OF_DEVICE_MEMORY;
     VkMemoryAllocateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, .allocationSize = needs.size, .memoryTypeIndex = (uint32_t)type,
+        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, .allocationSize = needs.size,
+        .memoryTypeIndex = (uint32_t)type,
     };
     VkResult result = vk->AllocateMemory(vk->device, &info, NULL, &buffer->memory);
     if (!result)
