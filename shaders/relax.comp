@@ -79,14 +79,15 @@ ivec2 revived(int i)
     ivec2 at = ivec2(home[3 * i], home[3 * i + 1]);
     uvec4 w = philox(uvec4(at, plane.iteration * 64 + home[3 * i + 2], DRAW_REVIVE),
                      uvec2(plane.seed_low, plane.seed_high));
-    return at * plane.cell + ivec2(below(w.x, uint(plane.cell)), below(w.y, uint(plane.cell)));
+    return at * plane.cell - ivec2(plane.origin_x, plane.origin_y) +
+           ivec2(below(w.x, uint(plane.cell)), below(w.y, uint(plane.cell)));
 }
 
 ivec2 direction(ivec2 p, bool near, ivec2 normal)
 {
     if (near) // Eq. 3: a quarter turn from the gradient
         return ivec2(normal.y, -normal.x);
-    int64_t n = noise(plane.noise_key, p.x, p.y, plane.noise_wave);
+    int64_t n = noise(plane.noise_key, p.x + plane.origin_x, p.y + plane.origin_y, plane.noise_wave);
     return turned(int(n * plane.noise_swing >> 16));
 }
 

@@ -5,6 +5,8 @@
 #include "backend/vulkan/compute.h"
 #endif
 
+#include "util/fixed.h"
+
 #include <stdio.h>
 
 static const pv_backend *const backends[] = {
@@ -24,6 +26,17 @@ const pv_backend *pv_backend_find(int32_t id)
         if (backends[i]->id == id)
             return backends[i];
     return NULL;
+}
+
+int32_t pv_plane_reach(const pv_plane *plane)
+{
+    uint64_t most = 0;
+    for (int32_t i = 0; i < plane->sites; i++) {
+        int64_t a = plane->start[i].half_x, b = plane->start[i].half_y;
+        uint64_t square = (uint64_t)(a * a + b * b);
+        most = square > most ? square : most;
+    }
+    return (int32_t)pv_isqrt(most) + 1;
 }
 
 void pv_device_add(pave_device *devices, int32_t capacity, int32_t *count, int32_t backend, int32_t usable,

@@ -13,7 +13,8 @@ typedef struct pv_home {
 
 /* The problem: a plane of pixels with sites on it, and how they move. Lengths are in 1/256 px. */
 typedef struct pv_plane {
-    int32_t width, height; /* px */
+    int32_t width, height;      /* px */
+    int32_t origin_x, origin_y; /* of the corner in the whole plane, which homes and noise belong to: 1/256 px */
     int32_t sites;
     const pave_site *start; /* in index order, which is the order of their home blocks and cells */
     const pv_home *home;
@@ -55,6 +56,9 @@ const pv_backend *pv_backend_find(int32_t id);
 
 /* Resolves PAVE_BACKEND_AUTO for a job of so many pixel steps. */
 const pv_backend *pv_backend_choose(pave_context *context, const pv_plane *plane, int32_t iterations);
+
+/* The greatest distance from a site of the plane to the corner of its box, 1/256 px, rounded up. */
+int32_t pv_plane_reach(const pv_plane *plane);
 
 /* Adds one entry to a device list. */
 void pv_device_add(pave_device *devices, int32_t capacity, int32_t *count, int32_t backend, int32_t usable,

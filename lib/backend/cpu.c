@@ -21,22 +21,6 @@ static void cpu_close(void *engine)
     pv_release(cpu);
 }
 
-static int32_t greatest_reach(const pv_plane *plane)
-{
-    uint64_t most = 0;
-    for (int32_t i = 0; i < plane->sites; i++) {
-        int64_t a = plane->start[i].half_x, b = plane->start[i].half_y;
-        uint64_t square = (uint64_t)(a * a + b * b);
-        most = square > most ? square : most;
-    }
-    return (int32_t)pv_isqrt(most) + 1;
-}
-
-static int32_t ceil_div(int64_t a, int64_t b)
-{
-    return (int32_t)((a + b - 1) / b);
-}
-
 /* One block for the five columns. */
 static pave_result allocate_columns(pave_context *context, pv_cpu *cpu)
 {
@@ -83,9 +67,9 @@ static pave_result open_with(pave_context *context, const pv_plane *plane, pv_la
     cpu->label_row = kernel;
     cpu->workers = pv_workers(context);
     cpu->bucket = plane->cell + plane->cell / 4; /* then a row of a window is about a vector of sites */
-    cpu->across = ceil_div(256 * (int64_t)plane->width, cpu->bucket);
-    cpu->down = ceil_div(256 * (int64_t)plane->height, cpu->bucket);
-    cpu->reach = greatest_reach(plane);
+    cpu->across = (int32_t)pv_ceil_div(256 * (int64_t)plane->width, cpu->bucket);
+    cpu->down = (int32_t)pv_ceil_div(256 * (int64_t)plane->height, cpu->bucket);
+    cpu->reach = pv_plane_reach(plane);
     result = allocate(context, cpu);
     if (result) {
         cpu_close(cpu);
@@ -184,7 +168,7 @@ static pave_result label_all(pave_context *context, pv_cpu *cpu, int32_t *labels
 {
     label_job job = { cpu, labels };
     sort_into_buckets(cpu);
-    return pv_parallel(context, ceil_div(cpu->plane.height, PV_TILE), label_task, &job, from, to);
+    return pv_parallel(context, (int32_t)pv_ceil_div(cpu->plane.height, PV_TILE), label_task, &job, from, to);
 }
 
 typedef struct relax_job {
@@ -230,7 +214,7 @@ static pave_result cpu_step(pave_context *context, void *engine, int32_t iterati
     if (result)
         return result;
     relax_job job = { .cpu = cpu, .iteration = iteration };
-    result = pv_parallel(context, ceil_div(cpu->plane.sites, CHUNK), relax_task, &job, middle, to);
+    result = pv_parallel(context, (int32_t)pv_ceil_div(cpu->plane.sites, CHUNK), relax_task, &job, middle, to);
     out->empty = atomic_load(&job.empty);
     out->moved = atomic_load(&job.moved);
     return result;

@@ -73,7 +73,8 @@ static void turn(const pv_plane *plane, pave_site *site, const edge_near *edge, 
         site->cosine = edge->ny;
         site->sine = -edge->nx;
     } else {
-        int64_t noise = pv_noise(cell, plane->noise_key, site->x, site->y, plane->noise_wave);
+        int64_t noise = pv_noise(cell, plane->noise_key, site->x + plane->origin_x, site->y + plane->origin_y,
+                                 plane->noise_wave);
         pv_turn((int32_t)(noise * plane->noise_swing >> 16), &site->cosine, &site->sine);
     }
 }
@@ -96,8 +97,8 @@ static void revive(const pv_plane *plane, int32_t index, int32_t iteration, pave
     const pv_home *home = &plane->home[index];
     pv_random r = pv_draw(plane->seed, PV_DRAW_REVIVE, (uint32_t)home->x, (uint32_t)home->y,
                           (uint32_t)(iteration * 64 + home->slot));
-    site->x = home->x * plane->cell + (int32_t)pv_below(r.word[0], (uint32_t)plane->cell);
-    site->y = home->y * plane->cell + (int32_t)pv_below(r.word[1], (uint32_t)plane->cell);
+    site->x = home->x * plane->cell - plane->origin_x + (int32_t)pv_below(r.word[0], (uint32_t)plane->cell);
+    site->y = home->y * plane->cell - plane->origin_y + (int32_t)pv_below(r.word[1], (uint32_t)plane->cell);
 }
 
 void pv_site_relax(const pv_plane *plane, int32_t index, int32_t iteration, const pv_sum *sum, pv_noise_cell *cell,

@@ -4,6 +4,11 @@
 #include <math.h>
 #include <stdint.h>
 
+static inline int64_t pv_ceil_div(int64_t a, int64_t b)
+{
+    return a / b + (a % b > 0);
+}
+
 static inline int64_t pv_floor_div(int64_t a, int64_t b)
 {
     return a / b - (a % b < 0);

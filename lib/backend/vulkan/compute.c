@@ -32,7 +32,7 @@ enum { SITES, HOMES, SUMS, SORTED, FIRST, LISTS, QUEUE, LABELS, TOTALS, EDGE = P
 
 /* The push constants of shaders/plane.glsl. */
 typedef struct parameters {
-    int32_t width, height, sites, cell, across, down, tiles_across, reach, capacity;
+    int32_t width, height, sites, origin_x, origin_y, cell, across, down, tiles_across, reach, capacity;
     int32_t edge_shift, push_within, push_to, noise_wave, noise_swing;
     uint32_t noise_key, seed_low, seed_high;
     int32_t iteration, base, count, write, patience;
@@ -267,22 +267,6 @@ static void compute_close(void *engine)
     pv_release(c);
 }
 
-static int32_t ceil_div(int64_t a, int64_t b)
-{
-    return (int32_t)((a + b - 1) / b);
-}
-
-static int32_t greatest_reach(const pv_plane *plane)
-{
-    uint64_t most = 0;
-    for (int32_t i = 0; i < plane->sites; i++) {
-        int64_t a = plane->start[i].half_x, b = plane->start[i].half_y;
-        uint64_t square = (uint64_t)(a * a + b * b);
-        most = square > most ? square : most;
-    }
-    return (int32_t)pv_isqrt(most) + 1;
-}
-
 /* Twice the candidates that a tile may expect, and some more. */
 static int32_t list_capacity(int32_t cell, int32_t reach)
 {
@@ -293,10 +277,11 @@ static int32_t list_capacity(int32_t cell, int32_t reach)
 static parameters describe(const pv_plane *plane)
 {
     parameters p = {
-        .width = plane->width, .height = plane->height, .sites = plane->sites, .cell = plane->cell,
-        .across = ceil_div(256 * (int64_t)plane->width, plane->cell),
-        .down = ceil_div(256 * (int64_t)plane->height, plane->cell),
-        .tiles_across = ceil_div(plane->width, TILE), .reach = greatest_reach(plane),
+        .width = plane->width, .height = plane->height, .sites = plane->sites,
+        .origin_x = plane->origin_x, .origin_y = plane->origin_y, .cell = plane->cell,
+        .across = (int32_t)pv_ceil_div(256 * (int64_t)plane->width, plane->cell),
+        .down = (int32_t)pv_ceil_div(256 * (int64_t)plane->height, plane->cell),
+        .tiles_across = (int32_t)pv_ceil_div(plane->width, TILE), .reach = pv_plane_reach(plane),
         .edge_shift = plane->edge ? plane->edge_shift : -1, .push_within = plane->push_within,
         .push_to = plane->push_to, .noise_wave = plane->noise_wave, .noise_swing = plane->noise_swing,
         .noise_key = plane->noise_key, .seed_low = (uint32_t)plane->seed, .seed_high = (uint32_t)(plane->seed >> 32),
@@ -367,7 +352,7 @@ static pave_result compute_open(pave_context *context, const pv_plane *plane, vo
     if (!c)
         return result;
     c->plane = describe(plane);
-    c->tiles = c->plane.tiles_across * ceil_div(plane->height, TILE);
+    c->tiles = c->plane.tiles_across * (int32_t)pv_ceil_div(plane->height, TILE);
     c->budget = FIRST_BUDGET;
     result = set_up(context, c, plane);
     c->plane.patience = c->vk.properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU ? CPU_PATIENCE : GPU_PATIENCE;
