@@ -1,7 +1,7 @@
 #!/bin/sh
 # Every command that the README and the docs show in a ```sh block runs, in a copy of the project where it may write.
 set -eu
-root=$1 build=$2
+root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
 work=$(mktemp -d "${TMPDIR:-/tmp}/pave docs.XXXXXX")
 trap 'rm -rf "$work"' EXIT
 cp "$root/examples/drawings/copacabana.png" "$work/drawing.png"

@@ -1,7 +1,7 @@
 #!/bin/sh
 # The shared library exports just the functions of the public headers, and they are those of tests/exports.txt.
 set -eu
-root=$1 build=$2
+root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 nm -D --defined-only "$build/lib/libpave.so" | awk '$2 ~ /[TDBR]/ {sub(/@.*/, "", $3); print $3}' | LC_ALL=C sort >"$work/exported"

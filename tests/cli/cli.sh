@@ -1,7 +1,7 @@
 #!/bin/sh
 # The command line: outputs, streams, exit codes, help, bad options, bad outputs, cancel.
 set -eu
-root=$1 build=$2
+root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
 pave=$build/bin/pave
 drawing=$root/examples/drawings/copacabana.png
 work=$(mktemp -d "${TMPDIR:-/tmp}/pave cli.XXXXXX")
@@ -119,6 +119,15 @@ chmod 555 closed
 if [ "$(id -u)" -ne 0 ]; then
   expect 5 "Permission denied" "$pave" lay "$drawing" -o closed/old.svg
   [ "$(cat closed/old.svg)" = old ] || fail "the old output was touched"
+fi
+
+# A driver that is not there: an error if it was asked for by name, nothing to talk about otherwise
+nowhere() { env VK_DRIVER_FILES=/nonexistent VK_ICD_FILENAMES=/nonexistent "$@"; }
+if "$pave" info | grep -q '^vulkan-compute'; then
+  expect 6 "Vulkan" nowhere "$pave" lay "$drawing" --backend vulkan-compute -o x.svg
+  expect 0 "" nowhere "$pave" lay "$drawing" --half-side 8 -o x.svg
+  cmp -s x.svg b.svg || fail "without a driver other stones come out"
+  nowhere "$pave" info | grep -q '^vulkan-compute  not usable: ' || fail "info without a driver"
 fi
 
 # Ctrl-C: within 100 ms, nothing half written, the old output untouched

@@ -2,7 +2,7 @@
 # The same drawing, parameters and seed give the same SVG, byte for byte: on every backend, for every number of
 # threads, in every locale, and again.
 set -eu
-root=$1 build=$2
+root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
 pave=$build/bin/pave
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

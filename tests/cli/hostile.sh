@@ -1,7 +1,7 @@
 #!/bin/sh
 # Hostile files: no crash, no hang, little memory, one line or stones, a documented exit code.
 set -eu
-build=$2
+build=$(cd "$2" && pwd)
 if [ ! -d "${PAVE_SHARED:-}/data/hostile" ]; then
   echo "skipped: PAVE_SHARED names no folder with data/hostile"
   exit 77

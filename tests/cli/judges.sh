@@ -2,7 +2,7 @@
 # The independent judge's bars for the paper's mode on the four reference drawings, the effect of the random stretch
 # (Fig. 12), and every other drawing without complaint.
 set -eu
-build=$2
+build=$(cd "$2" && pwd)
 if [ ! -f "${PAVE_SHARED:-}/check/check_stones.py" ]; then
   echo "skipped: PAVE_SHARED names no folder with check/check_stones.py"
   exit 77

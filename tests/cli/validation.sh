@@ -1,7 +1,7 @@
 #!/bin/sh
 # The Vulkan validation layer, with synchronisation validation, has nothing to say about a job.
 set -eu
-root=$1 build=$2
+root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
 pave=$build/bin/pave
 if ! "$pave" info | grep -q '^vulkan-compute *[^n]'; then
   echo "skipped: no usable Vulkan device"

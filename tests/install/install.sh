@@ -1,7 +1,7 @@
 #!/bin/sh
 # An installed libpave as its users find it: pkg-config (shared and static), CMake, headers alone, FFI, the module.
 set -eu
-root=$1 build=$2
+root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
 here=$root/tests/install
 work=$(mktemp -d "${TMPDIR:-/tmp}/pave install.XXXXXX")
 trap 'rm -rf "$work"' EXIT

@@ -25,6 +25,20 @@ static inline pave_context *make_context(int32_t threads, int32_t backend)
     return context;
 }
 
+/* Group set-up and tear-down of tests that share one context: their state. */
+static inline int open_context(void **state)
+{
+    *state = make_context(2, PAVE_BACKEND_CPU);
+    return 0;
+}
+
+static inline int close_context(void **state)
+{
+    pave_context *context = *state;
+    pave_context_free(&context);
+    return 0;
+}
+
 /* A drawing from text: '#' is black, anything else white; all rows as long as the first. */
 static inline pave_image *draw_text(pave_context *context, const char *const *rows, int32_t height)
 {

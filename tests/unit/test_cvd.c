@@ -210,19 +210,6 @@ static void the_label_image_holds_the_labels(void **state)
     pave_image_free(&drawing);
 }
 
-static int set_up(void **state)
-{
-    *state = make_context(2, PAVE_BACKEND_CPU);
-    return 0;
-}
-
-static int tear_down(void **state)
-{
-    pave_context *context = *state;
-    pave_context_free(&context);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -236,5 +223,5 @@ int main(void)
         cmocka_unit_test(impossible_params_are_refused),
         cmocka_unit_test(the_label_image_holds_the_labels),
     };
-    return cmocka_run_group_tests(tests, set_up, tear_down);
+    return cmocka_run_group_tests(tests, open_context, close_context);
 }

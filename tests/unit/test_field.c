@@ -212,19 +212,6 @@ static void only_drawings_are_taken(void **state)
     pave_image_free(&image);
 }
 
-static int set_up(void **state)
-{
-    *state = make_context(3, PAVE_BACKEND_CPU);
-    return 0;
-}
-
-static int tear_down(void **state)
-{
-    pave_context *context = *state;
-    pave_context_free(&context);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -236,5 +223,5 @@ int main(void)
         cmocka_unit_test(threads_do_not_matter),
         cmocka_unit_test(only_drawings_are_taken),
     };
-    return cmocka_run_group_tests(tests, set_up, tear_down);
+    return cmocka_run_group_tests(tests, open_context, close_context);
 }

@@ -127,19 +127,6 @@ static void channels_have_names(void **state)
     pave_image_free(&image);
 }
 
-static int set_up(void **state)
-{
-    *state = make_context(2, PAVE_BACKEND_CPU);
-    return 0;
-}
-
-static int tear_down(void **state)
-{
-    pave_context *context = *state;
-    pave_context_free(&context);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -150,5 +137,5 @@ int main(void)
         cmocka_unit_test(impossible_images_are_refused),
         cmocka_unit_test(channels_have_names),
     };
-    return cmocka_run_group_tests(tests, set_up, tear_down);
+    return cmocka_run_group_tests(tests, open_context, close_context);
 }

@@ -176,19 +176,6 @@ static void parts_that_do_not_belong_together_are_refused(void **state)
     pave_image_free(&other);
 }
 
-static int set_up(void **state)
-{
-    *state = make_context(2, PAVE_BACKEND_CPU);
-    return 0;
-}
-
-static int tear_down(void **state)
-{
-    pave_context *context = *state;
-    pave_context_free(&context);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -199,5 +186,5 @@ int main(void)
         cmocka_unit_test(threads_do_not_matter),
         cmocka_unit_test(parts_that_do_not_belong_together_are_refused),
     };
-    return cmocka_run_group_tests(tests, set_up, tear_down);
+    return cmocka_run_group_tests(tests, open_context, close_context);
 }
