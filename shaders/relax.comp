@@ -73,13 +73,13 @@ ivec2 centre(int i, ivec2 site_px, out bool empty)
     return empty ? ivec2(0) : ivec2(mean(x, count), mean(y, count));
 }
 
-// An empty cell lies under the boxes of its neighbours; a new place at random in its home cell gets it out.
-ivec2 revived(int i)
+// An empty cell lies under the boxes of its neighbours; a new place at random in the lattice cell where the site lies
+// gets it out.
+ivec2 revived(int i, ivec2 p)
 {
-    ivec2 at = ivec2(home[3 * i], home[3 * i + 1]);
-    uvec4 w = philox(uvec4(at, plane.iteration * 64 + home[3 * i + 2], DRAW_REVIVE),
+    uvec4 w = philox(uvec4(home[3 * i], home[3 * i + 1], plane.iteration * 64 + home[3 * i + 2], DRAW_REVIVE),
                      uvec2(plane.seed_low, plane.seed_high));
-    return at * plane.cell - ivec2(plane.origin_x, plane.origin_y) +
+    return p - (p + ivec2(plane.origin_x, plane.origin_y)) % plane.cell +
            ivec2(below(w.x, uint(plane.cell)), below(w.y, uint(plane.cell)));
 }
 
@@ -105,7 +105,7 @@ void main()
     ivec2 last = 256 * ivec2(plane.width, plane.height) - 1, before = ivec2(site[6 * i], site[6 * i + 1]), normal;
     bool empty;
     ivec2 p = centre(i, before >> 8, empty);
-    p = clamp(empty ? revived(i) : p, ivec2(0), last);
+    p = clamp(empty ? revived(i, before) : p, ivec2(0), last);
     bool near = near_edge(p, distance, normal);
     if (near) {
         int way = plane.push_to - distance;

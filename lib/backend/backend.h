@@ -6,7 +6,8 @@
 #include <pave/cvd.h>
 #include <pave/pave.h>
 
-/* The lattice cell that a site was first drawn in, and the number of the draw in its block: its name for ever. */
+/* The lattice cell that a site was first drawn in, and the number of the draw in its block: its name for ever, and
+ * what its random numbers are counted by. */
 typedef struct pv_home {
     int32_t x, y, slot;
 } pv_home;
@@ -32,6 +33,7 @@ typedef struct pv_plane {
 typedef struct pv_step {
     int64_t empty; /* cells without a pixel */
     int64_t moved; /* sites that are not where they were */
+    int32_t radius; /* no pixel was farther from its site; an upper bound, 1/256 px */
 } pv_step;
 
 typedef struct pv_backend {

@@ -155,20 +155,28 @@ static void sort_into_buckets(pv_cpu *cpu)
 typedef struct label_job {
     pv_cpu *cpu;
     int32_t *labels;
+    atomic_int radius;
 } label_job;
 
 static void label_task(void *data, int32_t ty, int32_t worker)
 {
-    const label_job *job = data;
+    label_job *job = data;
     pv_cpu *cpu = job->cpu;
-    cpu->label_row(cpu, ty, cpu->sums + (size_t)worker * (size_t)cpu->plane.sites, job->labels);
+    int radius = cpu->label_row(cpu, ty, cpu->sums + (size_t)worker * (size_t)cpu->plane.sites, job->labels);
+    for (int known = atomic_load(&job->radius); radius > known;)
+        if (atomic_compare_exchange_weak(&job->radius, &known, radius))
+            break;
 }
 
-static pave_result label_all(pave_context *context, pv_cpu *cpu, int32_t *labels, double from, double to)
+static pave_result label_all(pave_context *context, pv_cpu *cpu, int32_t *labels, double from, double to,
+                             int32_t *radius)
 {
-    label_job job = { cpu, labels };
+    label_job job = { .cpu = cpu, .labels = labels };
     sort_into_buckets(cpu);
-    return pv_parallel(context, (int32_t)pv_ceil_div(cpu->plane.height, PV_TILE), label_task, &job, from, to);
+    int32_t rows = (int32_t)pv_ceil_div(cpu->plane.height, PV_TILE);
+    pave_result result = pv_parallel(context, rows, label_task, &job, from, to);
+    *radius = atomic_load(&job.radius);
+    return result;
 }
 
 typedef struct relax_job {
@@ -210,7 +218,7 @@ static pave_result cpu_step(pave_context *context, void *engine, int32_t iterati
 {
     pv_cpu *cpu = engine;
     double middle = from + 0.9 * (to - from);
-    pave_result result = label_all(context, cpu, NULL, from, middle);
+    pave_result result = label_all(context, cpu, NULL, from, middle, &out->radius);
     if (result)
         return result;
     relax_job job = { .cpu = cpu, .iteration = iteration };
@@ -222,7 +230,8 @@ static pave_result cpu_step(pave_context *context, void *engine, int32_t iterati
 
 static pave_result cpu_labels(pave_context *context, void *engine, double from, double to, int32_t *labels)
 {
-    return label_all(context, engine, labels, from, to);
+    int32_t radius;
+    return label_all(context, engine, labels, from, to, &radius);
 }
 
 static pave_result cpu_sites(pave_context *context, void *engine, pave_site *sites)

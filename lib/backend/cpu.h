@@ -11,8 +11,9 @@ enum {
 
 typedef struct pv_cpu pv_cpu;
 
-/* Labels row `ty` of tiles: adds its pixels to `sums` and, unless NULL, writes them to `labels` (whole plane). */
-typedef void pv_label_row(const pv_cpu *cpu, int32_t ty, pv_sum *sums, int32_t *labels);
+/* Labels row `ty` of tiles: adds its pixels to `sums` and, unless NULL, writes them to `labels` (whole plane). Returns
+ * an upper bound of the distance from a pixel to its site, 1/256 px. */
+typedef int32_t pv_label_row(const pv_cpu *cpu, int32_t ty, pv_sum *sums, int32_t *labels);
 
 /* The sorted sites once more, member by member, for vectors: PV_LANES can be read from any place on. Only AVX2 has
  * them. */
@@ -43,8 +44,8 @@ pv_label_row pv_label_row_reference, pv_label_row_portable;
 pv_label_row pv_label_row_avx2;
 #endif
 
-/* Labels the one tile whose first pixel is (x, y). */
-void pv_label_tile_portable(const pv_cpu *cpu, int32_t x, int32_t y, pv_sum *sums, int32_t *labels);
+/* Labels the one tile whose first pixel is (x, y), and returns that bound. */
+int32_t pv_label_tile_portable(const pv_cpu *cpu, int32_t x, int32_t y, pv_sum *sums, int32_t *labels);
 
 /* The exact label of one pixel by a ring search over the buckets: the slow path for tiles with too many candidates. */
 int32_t pv_label_pixel(const pv_cpu *cpu, int32_t px, int32_t py);

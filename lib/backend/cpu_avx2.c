@@ -29,6 +29,7 @@ enum {
     NEAR = 84 * 256, /* a site within NEAR of the first quarter's centre, in x and y, is within 127 px of every pixel */
     /* Twice a quarter's radius of 1.5*sqrt(2) px; the metric's errors at two sites and two places; the root's error. */
     BOUND = 1087 + 4 * PV_METRIC_SLACK + 1,
+    QUARTER_RADIUS = 543, /* rounded down: the margin has it twice, a pixel is one off the quarter's centre */
     SPARE = 4 * PV_METRIC_SLACK, /* more than the metric's errors where a distance tells how far to look */
     ACROSS = 2000,               /* a quarter's centre to the farthest pixel, 5.5*sqrt(2) px, and the metric's errors */
 };
@@ -342,16 +343,20 @@ static int32_t first_margin(const pv_cpu *cpu)
     return min(cpu->bucket + cpu->reach, NEAR - STEP);
 }
 
-void pv_label_row_avx2(const pv_cpu *cpu, int32_t ty, pv_sum *sums, int32_t *labels)
+int32_t pv_label_row_avx2(const pv_cpu *cpu, int32_t ty, pv_sum *sums, int32_t *labels)
 {
     tile t;
+    int32_t radius = 0;
     t.y0 = ty * PV_TILE;
     t.margin = first_margin(cpu);
     for (t.x0 = 0; t.x0 < cpu->plane.width; t.x0 += PV_TILE)
-        if (!label_tile(cpu, &t, sums, labels)) {
-            pv_label_tile_portable(cpu, t.x0, t.y0, sums, labels);
+        if (label_tile(cpu, &t, sums, labels)) {
+            radius = max(radius, t.margin - QUARTER_RADIUS);
+        } else {
+            radius = max(radius, pv_label_tile_portable(cpu, t.x0, t.y0, sums, labels));
             t.margin = first_margin(cpu);
         }
+    return radius;
 }
 
 #ifdef __clang__

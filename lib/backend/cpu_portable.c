@@ -106,14 +106,15 @@ static int is_narrow(const tile *t, const pave_site *site)
     return dx * dx + dy * dy < most * most;
 }
 
-/* Fills the tile's list in index order. */
-static void find_candidates(const pv_cpu *cpu, tile *t)
+/* Fills the tile's list in index order. Returns how far a pixel can be from its site. */
+static int32_t find_candidates(const pv_cpu *cpu, tile *t)
 {
     uint64_t least;
     nearest(cpu, t->cx, t->cy, &least);
     double bound = sqrt((double)least) + 2 * PV_TILE_RADIUS;
     bound += 4 * slack(cpu, bound);
     uint64_t within = (uint64_t)(bound * bound);
+    int32_t radius = (int32_t)fmin(bound, INT32_MAX / 4) + cpu->reach - PV_TILE_RADIUS;
     box b = buckets_within(cpu, t->cx, t->cy, bound + cpu->reach + slack(cpu, bound));
     t->count = 0;
     t->narrow = 1;
@@ -124,12 +125,13 @@ static void find_candidates(const pv_cpu *cpu, tile *t)
                 continue;
             if (t->count == CAPACITY) {
                 t->count = CAPACITY + 1;
-                return;
+                return radius;
             }
             t->narrow &= is_narrow(t, &cpu->sorted[i]);
             add_candidate(t, cpu->index[i], &cpu->sorted[i]);
         }
     }
+    return radius;
 }
 
 /* One candidate against every pixel of the tile: pv_metric in 32 bits, modulo 2^32 until the shift. */
@@ -192,21 +194,26 @@ static void collect(const pv_cpu *cpu, const tile *t, pv_sum *sums, int32_t *lab
         }
 }
 
-void pv_label_tile_portable(const pv_cpu *cpu, int32_t x, int32_t y, pv_sum *sums, int32_t *labels)
+int32_t pv_label_tile_portable(const pv_cpu *cpu, int32_t x, int32_t y, pv_sum *sums, int32_t *labels)
 {
     tile t;
     t.x0 = x;
     t.y0 = y;
     t.cx = 256 * (x + PV_TILE / 2);
     t.cy = 256 * (y + PV_TILE / 2);
-    find_candidates(cpu, &t);
+    int32_t radius = find_candidates(cpu, &t);
     if (t.count <= CAPACITY)
         decide(&t);
     collect(cpu, &t, sums, labels);
+    return radius;
 }
 
-void pv_label_row_portable(const pv_cpu *cpu, int32_t ty, pv_sum *sums, int32_t *labels)
+int32_t pv_label_row_portable(const pv_cpu *cpu, int32_t ty, pv_sum *sums, int32_t *labels)
 {
-    for (int32_t x = 0; x < cpu->plane.width; x += PV_TILE)
-        pv_label_tile_portable(cpu, x, ty * PV_TILE, sums, labels);
+    int32_t radius = 0;
+    for (int32_t x = 0; x < cpu->plane.width; x += PV_TILE) {
+        int32_t here = pv_label_tile_portable(cpu, x, ty * PV_TILE, sums, labels);
+        radius = here > radius ? here : radius;
+    }
+    return radius;
 }

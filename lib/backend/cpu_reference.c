@@ -1,8 +1,9 @@
 /* The definition: every site for every pixel, the lowest index among equals. */
 #include "backend/cpu.h"
 #include "backend/metric.h"
+#include "util/fixed.h"
 
-static int32_t nearest(const pv_cpu *cpu, int32_t x, int32_t y)
+static int32_t nearest(const pv_cpu *cpu, int32_t x, int32_t y, uint64_t *distance)
 {
     int32_t best = 0;
     uint64_t least = UINT64_MAX;
@@ -11,17 +12,22 @@ static int32_t nearest(const pv_cpu *cpu, int32_t x, int32_t y)
         if (d < least)
             least = d, best = i;
     }
+    *distance = least;
     return best;
 }
 
-void pv_label_row_reference(const pv_cpu *cpu, int32_t ty, pv_sum *sums, int32_t *labels)
+int32_t pv_label_row_reference(const pv_cpu *cpu, int32_t ty, pv_sum *sums, int32_t *labels)
 {
     int32_t bottom = (ty + 1) * PV_TILE < cpu->plane.height ? (ty + 1) * PV_TILE : cpu->plane.height;
+    uint64_t farthest = 0;
     for (int32_t y = ty * PV_TILE; y < bottom; y++)
         for (int32_t x = 0; x < cpu->plane.width; x++) {
-            int32_t label = nearest(cpu, 256 * x + 128, 256 * y + 128);
+            uint64_t d;
+            int32_t label = nearest(cpu, 256 * x + 128, 256 * y + 128, &d);
+            farthest = d > farthest ? d : farthest;
             pv_sum_add(&sums[label], 1, x, y);
             if (labels)
                 labels[(int64_t)y * cpu->plane.width + x] = label;
         }
+    return (int32_t)pv_isqrt(farthest) + 1 + cpu->reach + PV_METRIC_SLACK;
 }

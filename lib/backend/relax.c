@@ -91,14 +91,15 @@ static int32_t mean(int64_t sum, int64_t count)
     return (int32_t)(128 + pv_floor_div(256 * sum + count / 2, count));
 }
 
-/* An empty cell lies under the boxes of its neighbours; a new place at random in its home cell gets it out. */
+/* An empty cell lies under the boxes of its neighbours; a new place at random in the lattice cell where the site lies
+ * gets it out. */
 static void revive(const pv_plane *plane, int32_t index, int32_t iteration, pave_site *site)
 {
     const pv_home *home = &plane->home[index];
     pv_random r = pv_draw(plane->seed, PV_DRAW_REVIVE, (uint32_t)home->x, (uint32_t)home->y,
                           (uint32_t)(iteration * 64 + home->slot));
-    site->x = home->x * plane->cell - plane->origin_x + (int32_t)pv_below(r.word[0], (uint32_t)plane->cell);
-    site->y = home->y * plane->cell - plane->origin_y + (int32_t)pv_below(r.word[1], (uint32_t)plane->cell);
+    site->x -= (site->x + plane->origin_x) % plane->cell - (int32_t)pv_below(r.word[0], (uint32_t)plane->cell);
+    site->y -= (site->y + plane->origin_y) % plane->cell - (int32_t)pv_below(r.word[1], (uint32_t)plane->cell);
 }
 
 void pv_site_relax(const pv_plane *plane, int32_t index, int32_t iteration, const pv_sum *sum, pv_noise_cell *cell,

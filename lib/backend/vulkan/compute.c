@@ -39,7 +39,7 @@ typedef struct parameters {
 } parameters;
 
 typedef struct totals {
-    uint32_t sorted, empty, moved, lost;
+    uint32_t sorted, empty, moved, lost, radius;
 } totals;
 
 typedef struct compute {
@@ -230,6 +230,7 @@ static pave_result compute_step(pave_context *context, void *engine, int32_t ite
         result = read_totals(context, c, &t);
     out->empty = t.empty;
     out->moved = t.moved;
+    out->radius = (int32_t)t.radius;
     return result;
 }
 
