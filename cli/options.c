@@ -100,11 +100,15 @@ static void print_range(const pave_param *param)
 /* Choices go below the option, for their list may be long. */
 static void print_option(const pave_param *param)
 {
-    char name[NAME], left[NAME + 8];
+    char name[NAME], left[NAME + 16];
     option_name(name, param->name);
-    snprintf(left, sizeof left, "--%s%s", name, param->type == PAVE_PARAM_FLAG ? "" : param->choices ? " NAME" : " N");
+    const char *value = param->type == PAVE_PARAM_FLAG     ? ""
+                        : param->type == PAVE_PARAM_WINDOW ? " X,Y,W,H"
+                        : param->choices                   ? " NAME"
+                                                           : " N";
+    snprintf(left, sizeof left, "--%s%s", name, value);
     printf("  %-28s %s", left, param->help);
-    if (param->type != PAVE_PARAM_FLAG)
+    if (param->type != PAVE_PARAM_FLAG && param->type != PAVE_PARAM_WINDOW)
         print_range(param);
     if (param->choices)
         printf("\n  %-28s %s", "", param->choices);

@@ -55,6 +55,27 @@ typedef struct lay_work {
     pave_stones *stones;
 } lay_work;
 
+/* The diagram, again with a larger margin if the stones of its window need it. */
+static pave_result make_diagram(pave_context *context, const pave_lay_params *params, lay_work *work)
+{
+    pave_cvd_params cvd;
+    pave_stones_params stones;
+    pave_result result = pv_params_read(context, &pv_cvd_table, params->cvd, &cvd);
+    if (!result)
+        result = pv_params_read(context, &pv_stones_table, params->stones, &stones);
+    while (!result && !work->cvd) {
+        result = pave_cvd_create(context, work->field, &cvd, &work->cvd);
+        if (result)
+            break;
+        double lacking = pv_stones_margin(work->cvd, &stones) - pv_stones_room(work->cvd);
+        if (lacking <= 0)
+            break;
+        cvd.window_margin += 1.25 * lacking / pave_cvd_half_side(work->cvd) + 1;
+        pave_cvd_free(&work->cvd);
+    }
+    return result;
+}
+
 /* The shares of progress are about those of the time. */
 static pave_result run_stages(pave_context *context, const pave_image *image, const pave_lay_params *params,
                               lay_work *work)
@@ -68,7 +89,7 @@ static pave_result run_stages(pave_context *context, const pave_image *image, co
     after_field = pv_seconds();
     call = pv_call_begin(context, "lay", 0.05, 0.85);
     if (!result)
-        result = pave_cvd_create(context, work->field, params->cvd, &work->cvd);
+        result = make_diagram(context, params, work);
     pv_call_end(context, call);
     after_cvd = pv_seconds();
     call = pv_call_begin(context, "lay", 0.85, 1);

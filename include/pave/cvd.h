@@ -25,39 +25,53 @@ typedef struct pave_cvd_params {
     double noise_length;    /* wave length of that noise, half sides */
     double push_within;     /* sites nearer to an edge than this are moved and aligned, half sides; 0: none */
     double push_to;         /* to this distance from the edge, half sides */
+    int32_t window[4];      /* x, y, width, height of the part that is wanted, px; all 0: the whole plane */
+    double window_margin;   /* how far around the window labels must be exact too, half sides: what the stones stage
+                               looks at; pave_lay makes it larger where it has to */
 } pave_cvd_params;
 
-#define PAVE_CVD_PARAMS_INIT { sizeof(pave_cvd_params), 4.0, 0, 20, 1, 0.5, 0.5, 2.0, 180.0, 32.0, 1.5, 1.0 }
+#define PAVE_CVD_PARAMS_INIT \
+    { sizeof(pave_cvd_params), 4.0, 0, 20, 1, 0.5, 0.5, 2.0, 180.0, 32.0, 1.5, 1.0, \
+      { 0, 0, 0, 0 }, 64.0 }
 
 PAVE_API void pave_cvd_params_init(pave_cvd_params *params, size_t size);
 
 /* A site, in fixed point. The box is |u| <= half_x, |v| <= half_y, where (u, v) is a point less the site, turned by
  * the rotation (cosine, sine). */
 typedef struct pave_site {
-    int32_t x, y;           /* 1/256 px; (0, 0) is the drawing's top left corner, y grows down */
+    int32_t x, y;           /* 1/256 px; (0, 0) is the plane's top left corner, y grows down */
     int32_t cosine, sine;   /* 1/65536 */
     int32_t half_x, half_y; /* 1/256 px */
 } pave_site;
 
-/* Computes the diagram over the whole drawing of `field`, on the context's backend. A pixel belongs to the site at
- * the smallest distance, and to the site of lower index among equals. A site whose cell came out empty is drawn
- * again at random in its home cell (2h x 2h) for the next iteration.
- * Cost: about iterations * pixels * 4 ns on one AVX2 core; memory 6 bytes a pixel and 120 a site. */
+/* Computes the diagram over the drawing of `field`, or over a window of it, on the context's backend. A pixel belongs
+ * to the site at the smallest distance, and to the site of lower index among equals. A site whose cell came out empty
+ * is drawn again at random in the lattice cell (2h x 2h) where it lies.
+ * A window has the labels and sites that the whole has there, bit for bit: more than the window is computed, as far as
+ * iterations can carry something, and it is checked afterwards that it was enough.
+ * Cost: about iterations * pixels * 4 ns on one AVX2 core; memory 6 bytes a pixel and 150 a site. */
 PAVE_API pave_result pave_cvd_create(pave_context *context, const pave_field *field, const pave_cvd_params *params,
                                      pave_cvd **out);
 PAVE_API void pave_cvd_free(pave_cvd **cvd);
 
+/* The window: its corner in the plane, and its size, px. */
+PAVE_API int32_t pave_cvd_x(const pave_cvd *cvd);
+PAVE_API int32_t pave_cvd_y(const pave_cvd *cvd);
 PAVE_API int32_t pave_cvd_width(const pave_cvd *cvd);
 PAVE_API int32_t pave_cvd_height(const pave_cvd *cvd);
 
 /* h in px: as given, or as it follows from the number of stones. */
 PAVE_API double pave_cvd_half_side(const pave_cvd *cvd);
 
-/* The site of each pixel, row by row from the top. */
+/* The site of each pixel of the window, row by row from the top: its place in pave_cvd_sites. */
 PAVE_API const int32_t *pave_cvd_labels(const pave_cvd *cvd);
 
 PAVE_API int32_t pave_cvd_site_count(const pave_cvd *cvd);
 PAVE_API const pave_site *pave_cvd_sites(const pave_cvd *cvd);
+
+/* The number of each site in the whole plane; ascending. Where there is a window pave_cvd_sites holds the sites that
+ * were computed for it, some of them around it and not exact. */
+PAVE_API const int32_t *pave_cvd_site_numbers(const pave_cvd *cvd);
 
 /* The backend that ran (PAVE_BACKEND_), and its name, "cpu (AVX2)". */
 PAVE_API int32_t pave_cvd_backend(const pave_cvd *cvd);

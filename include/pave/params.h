@@ -26,7 +26,8 @@ enum {
     PAVE_PARAM_LONG = 3,    /* int64_t */
     PAVE_PARAM_SEED = 4,    /* uint64_t */
     PAVE_PARAM_FLAG = 5,    /* int32_t, 0 or 1 */
-    PAVE_PARAM_CHOICE = 6   /* int32_t, an index into `choices` */
+    PAVE_PARAM_CHOICE = 6,  /* int32_t, an index into `choices` */
+    PAVE_PARAM_WINDOW = 7   /* int32_t[4], as text "X,Y,WIDTH,HEIGHT" */
 };
 
 typedef struct pave_param {

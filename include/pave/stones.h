@@ -39,7 +39,10 @@ PAVE_API pave_result pave_stones_create(pave_context *context, const pave_image 
                                         const pave_cvd *cvd, const pave_stones_params *params, pave_stones **out);
 PAVE_API void pave_stones_free(pave_stones **stones);
 
-/* Size of the plane, px. */
+/* The window: its corner in the plane, and its size, px. A stone belongs to the window that holds the corner of the
+ * lattice cell in which its site was first drawn; so windows that share out the plane share out its stones. */
+PAVE_API int32_t pave_stones_x(const pave_stones *stones);
+PAVE_API int32_t pave_stones_y(const pave_stones *stones);
 PAVE_API int32_t pave_stones_width(const pave_stones *stones);
 PAVE_API int32_t pave_stones_height(const pave_stones *stones);
 
@@ -48,13 +51,13 @@ PAVE_API int32_t pave_stones_count(const pave_stones *stones);
 /* Where each stone's vertices begin: count + 1 numbers, the last is the number of all vertices. */
 PAVE_API const int64_t *pave_stones_starts(const pave_stones *stones);
 
-/* x, y of every vertex, px, counter-clockwise as seen (y grows down), each a multiple of 1/1000 px. */
+/* x, y of every vertex in the plane, px, counter-clockwise as seen (y grows down), each a multiple of 1/1000 px. */
 PAVE_API const double *pave_stones_vertices(const pave_stones *stones);
 
 /* Colour of each stone: the drawing's pixel value at the stone's centroid, 0 black ... 255 white. */
 PAVE_API const uint8_t *pave_stones_colours(const pave_stones *stones);
 
-/* Site of each stone: its index in the diagram. Ascending. */
+/* Site of each stone: its number in the whole plane. Ascending. */
 PAVE_API const int32_t *pave_stones_sites(const pave_stones *stones);
 
 enum { PAVE_MEASURE_BINS = 32 };

@@ -12,6 +12,7 @@
 #ifdef PV_AVX2
 
 #include "backend/metric.h"
+#include "util/fixed.h"
 
 #include <immintrin.h>
 
@@ -29,7 +30,6 @@ enum {
     NEAR = 84 * 256, /* a site within NEAR of the first quarter's centre, in x and y, is within 127 px of every pixel */
     /* Twice a quarter's radius of 1.5*sqrt(2) px; the metric's errors at two sites and two places; the root's error. */
     BOUND = 1087 + 4 * PV_METRIC_SLACK + 1,
-    QUARTER_RADIUS = 543, /* rounded down: the margin has it twice, a pixel is one off the quarter's centre */
     SPARE = 4 * PV_METRIC_SLACK, /* more than the metric's errors where a distance tells how far to look */
     ACROSS = 2000,               /* a quarter's centre to the farthest pixel, 5.5*sqrt(2) px, and the metric's errors */
 };
@@ -50,6 +50,7 @@ typedef struct tile {
     int32_t unsorted[SLOTS + PV_LANES]; /* their indices */
     int32_t place[SLOTS], index[SLOTS]; /* both again, by rank */
     __m256i owner[PV_TILE];             /* each pixel's rank, row by row */
+    __m256i farthest;                   /* the greatest squared distances of all tiles so far */
 } tile;
 
 static inline int32_t min(int32_t a, int32_t b)
@@ -266,8 +267,10 @@ static inline void decide(const pv_cpu *cpu, tile *t, __m128i bits)
         }
     } while (++k < t->count);
     __m256i ranks = _mm256_sub_epi32(_mm256_sll_epi32(_mm256_set1_epi32(1), bits), _mm256_set1_epi32(1));
-    for (int r = 0; r < PV_TILE; r++)
+    for (int r = 0; r < PV_TILE; r++) {
         t->owner[r] = _mm256_and_si256(key[r], ranks);
+        t->farthest = _mm256_max_epu32(t->farthest, _mm256_srl_epi32(key[r], bits));
+    }
 }
 
 /* The owners of four rows as bytes: columns 0..3 of each row, then columns 4..7 of each. */
@@ -347,15 +350,18 @@ int32_t pv_label_row_avx2(const pv_cpu *cpu, int32_t ty, pv_sum *sums, int32_t *
 {
     tile t;
     int32_t radius = 0;
+    t.farthest = _mm256_setzero_si256();
     t.y0 = ty * PV_TILE;
     t.margin = first_margin(cpu);
     for (t.x0 = 0; t.x0 < cpu->plane.width; t.x0 += PV_TILE)
-        if (label_tile(cpu, &t, sums, labels)) {
-            radius = max(radius, t.margin - QUARTER_RADIUS);
-        } else {
+        if (!label_tile(cpu, &t, sums, labels)) {
             radius = max(radius, pv_label_tile_portable(cpu, t.x0, t.y0, sums, labels));
             t.margin = first_margin(cpu);
         }
+    uint32_t squares[PV_LANES];
+    _mm256_storeu_si256((__m256i *)(void *)squares, t.farthest);
+    for (int i = 0; i < PV_LANES; i++)
+        radius = max(radius, (int32_t)pv_isqrt(squares[i]) + 1 + cpu->reach + PV_METRIC_SLACK);
     return radius;
 }
 

@@ -4,6 +4,7 @@
 #include "util/text.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 static void init_struct(const void *defaults, size_t known, void *params, size_t size)
@@ -52,6 +53,15 @@ static double greatest(const pv_param *row)
     return row->choices ? choices_count(row->choices) - 1 : row->greatest;
 }
 
+/* A window's worst number stands for all four. */
+static double window_value(const int32_t *window)
+{
+    double value = 0;
+    for (int i = 0; i < 4; i++)
+        value = window[i] < 0 || window[i] > value ? window[i] : value;
+    return value;
+}
+
 static double field_value(const pv_param *row, const void *params)
 {
     const char *at = (const char *)params + row->offset;
@@ -59,6 +69,7 @@ static double field_value(const pv_param *row, const void *params)
     case PAVE_PARAM_REAL: return *(const double *)(const void *)at;
     case PAVE_PARAM_LONG: return (double)*(const int64_t *)(const void *)at;
     case PAVE_PARAM_SEED: return (double)*(const uint64_t *)(const void *)at;
+    case PAVE_PARAM_WINDOW: return window_value((const int32_t *)(const void *)at);
     default: return *(const int32_t *)(const void *)at;
     }
 }
@@ -67,6 +78,8 @@ static pave_result range_error(pave_context *context, const pv_param *row, const
 {
     if (row->choices)
         return pv_fail(context, PAVE_ERR_ARGUMENT, "%s is '%s', but must be one of %s", name, text, row->choices);
+    if (row->type == PAVE_PARAM_WINDOW)
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "%s is '%s', but must be X,Y,WIDTH,HEIGHT in px", name, text);
     char least[32], most[32];
     pv_text_number(least, sizeof least, row->least);
     pv_text_number(most, sizeof most, row->greatest);
@@ -144,6 +157,18 @@ static int parse_flag(const char *text, double *value)
     return yes || !strcmp(text, "0") || !strcmp(text, "no") || !strcmp(text, "false");
 }
 
+static int parse_window(const char *text, int32_t *window)
+{
+    char *end;
+    for (int i = 0; i < 4; i++, text = end + 1) {
+        long v = strtol(text, &end, 10);
+        if (end == text || *end != (i < 3 ? ',' : 0) || v < 0 || v > 1 << 20)
+            return 0;
+        window[i] = (int32_t)v;
+    }
+    return 1;
+}
+
 static int parse_value(const pv_param *row, const char *text, double *value, uint64_t *whole)
 {
     if (row->type == PAVE_PARAM_CHOICE)
@@ -155,6 +180,17 @@ static int parse_value(const pv_param *row, const char *text, double *value, uin
     if (!pv_parse_number(text, value))
         return 0;
     return row->type == PAVE_PARAM_REAL || (in_range(row, *value) && *value == (double)(int64_t)*value);
+}
+
+static size_t stored_size(const pv_param *row)
+{
+    switch (row->type) {
+    case PAVE_PARAM_REAL:
+    case PAVE_PARAM_LONG:
+    case PAVE_PARAM_SEED: return 8;
+    case PAVE_PARAM_WINDOW: return 4 * sizeof(int32_t);
+    default: return sizeof(int32_t);
+    }
 }
 
 static void store(const pv_param *row, void *params, double value, uint64_t whole)
@@ -177,11 +213,17 @@ pave_result pv_param_set(pave_context *context, const pv_table *table, void *par
         uint64_t whole = 0;
         if (!same_name(row->name, name))
             continue;
-        if (*(size_t *)params < row->offset + (row->type == PAVE_PARAM_REAL ? sizeof(double) : sizeof(int32_t)))
+        if (*(size_t *)params < row->offset + stored_size(row))
             return pv_fail(context, PAVE_ERR_ARGUMENT, "this %s struct is too old to hold %s", table->name, name);
-        if (!parse_value(row, value, &number, &whole) || !in_range(row, number))
+        int32_t window[4];
+        int parsed = row->type == PAVE_PARAM_WINDOW ? parse_window(value, window)
+                                                    : parse_value(row, value, &number, &whole) && in_range(row, number);
+        if (!parsed)
             return range_error(context, row, name, value);
-        store(row, params, number, whole);
+        if (row->type == PAVE_PARAM_WINDOW)
+            memcpy((char *)params + row->offset, window, sizeof window);
+        else
+            store(row, params, number, whole);
         return PAVE_OK;
     }
     return pv_fail(context, PAVE_ERR_ARGUMENT, "%s has no parameter named %s", table->name, name);

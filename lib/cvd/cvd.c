@@ -2,7 +2,7 @@
 #include "cvd/cvd.h"
 
 #include "field/field.h"
-#include "image/image.h"
+#include "util/fixed.h"
 #include "util/random.h"
 
 #include <math.h>
@@ -22,6 +22,8 @@ static const pv_param cvd_rows[] = {
     PV_REAL(pave_cvd_params, noise_length, "half sides", 1, 4096, "wave length of the rotation's noise"),
     PV_REAL(pave_cvd_params, push_within, "half sides", 0, 4, "sites nearer to an edge are moved and aligned"),
     PV_REAL(pave_cvd_params, push_to, "half sides", 0, 4, "to this distance from the edge"),
+    PV_WINDOW(pave_cvd_params, window, "only this part of the plane, px [the whole]"),
+    PV_REAL(pave_cvd_params, window_margin, "half sides", 0, 4096, "exact labels wanted around the window"),
 };
 
 const pv_table pv_cvd_table = PV_TABLE("cvd", default_params, cvd_rows);
@@ -36,52 +38,96 @@ static int32_t fixed(double v)
     return (int32_t)floor(256 * v + 0.5);
 }
 
-static pave_result read_params(pave_context *context, const pave_cvd_params *given, const pave_field *field,
-                               pave_cvd_params *params)
+static int32_t plane_width(const pave_field *field) { return field->place.width; }
+static int32_t plane_height(const pave_field *field) { return field->place.height; }
+
+static pave_result read_stones(pave_context *context, const pave_field *field, pave_cvd_params *params)
 {
-    pave_result result = pv_params_read(context, &pv_cvd_table, given, params);
-    if (result)
-        return result;
-    if (params->scale_min > params->scale_max)
-        return pv_fail(context, PAVE_ERR_ARGUMENT, "scale_min is greater than scale_max");
     if (params->stones) /* Eq. 1 */
-        params->half_side = sqrt((double)field->width * field->height / params->stones) / 2;
+        params->half_side = sqrt((double)plane_width(field) * plane_height(field) / params->stones) / 2;
     if (params->half_side < 1)
         return pv_fail(context, PAVE_ERR_ARGUMENT,
                        "%d stones are too many for %d x %d px: half a side would be under 1 px", (int)params->stones,
-                       (int)field->width, (int)field->height);
+                       (int)plane_width(field), (int)plane_height(field));
     if (params->half_side > 4096)
         return pv_fail(context, PAVE_ERR_ARGUMENT,
                        "%d stones are too few for %d x %d px: half a side would be over 4096 px", (int)params->stones,
-                       (int)field->width, (int)field->height);
+                       (int)plane_width(field), (int)plane_height(field));
     return PAVE_OK;
 }
 
-/* What the sites feel of the field, quantised once. NULL without edges, or if nothing is to feel them. */
-static uint16_t *quantise_edges(pave_context *context, const pave_field *field, pv_plane *plane, pave_result *result)
+static pave_result read_window(pave_context *context, const pave_field *field, const int32_t *window, pv_rect *out)
 {
-    int64_t count = (int64_t)field->width * field->height;
-    int edges = 0;
-    for (int64_t i = 0; i < count && !edges; i++)
-        edges = isfinite(field->distance[i]);
-    if (!edges || !plane->push_within)
+    *out = (pv_rect){ window[0], window[1], window[2], window[3] };
+    if (!window[0] && !window[1] && !window[2] && !window[3])
+        *out = (pv_rect){ 0, 0, plane_width(field), plane_height(field) };
+    if (out->width < 1 || out->height < 1)
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "window has no pixels: %d x %d", (int)out->width, (int)out->height);
+    if (out->x < 0 || out->y < 0 || (int64_t)out->x + out->width > plane_width(field) ||
+        (int64_t)out->y + out->height > plane_height(field))
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "window %d,%d,%d,%d does not lie in the plane of %d x %d px",
+                       (int)out->x, (int)out->y, (int)out->width, (int)out->height, (int)plane_width(field),
+                       (int)plane_height(field));
+    return PAVE_OK;
+}
+
+static pave_result read_params(pave_context *context, const pave_cvd_params *given, const pave_field *field,
+                               pave_cvd *cvd)
+{
+    pave_result result = pv_params_read(context, &pv_cvd_table, given, &cvd->params);
+    if (!result && cvd->params.scale_min > cvd->params.scale_max)
+        result = pv_fail(context, PAVE_ERR_ARGUMENT, "scale_min is greater than scale_max");
+    if (!result)
+        result = read_stones(context, field, &cvd->params);
+    return result ? result : read_window(context, field, cvd->params.window, &cvd->window);
+}
+
+static const float *field_row(const pave_field *field, const pave_cvd *cvd, int32_t y)
+{
+    int32_t dx = cvd->place.x - field->place.x, dy = cvd->place.y - field->place.y;
+    return field->distance + (int64_t)(y + dy) * field->width + dx;
+}
+
+static int has_edges(const pave_field *field, const pave_cvd *cvd)
+{
+    for (int32_t y = 0; y < cvd->height; y++) {
+        const float *row = field_row(field, cvd, y);
+        for (int32_t x = 0; x < cvd->width; x++)
+            if (isfinite(row[x]))
+                return 1;
+    }
+    return 0;
+}
+
+/* What the sites feel of the field, quantised once. NULL without edges, or if nothing is to feel them. */
+static uint16_t *quantise_edges(pave_context *context, const pave_field *field, const pave_cvd *cvd, pv_plane *plane,
+                                pave_result *result)
+{
+    if (!plane->push_within || !has_edges(field, cvd))
         return NULL;
     while ((plane->push_within + 1024) >> plane->edge_shift > UINT16_MAX)
         plane->edge_shift++;
-    uint16_t *edge = pv_allocate(context, (size_t)count, sizeof *edge, result);
-    for (int64_t i = 0; i < count && edge; i++) {
-        double d = floor(field->distance[i] * 256.0 / (1 << plane->edge_shift) + 0.5);
-        edge[i] = d < UINT16_MAX ? (uint16_t)d : UINT16_MAX;
+    double unit = 256.0 / (1 << plane->edge_shift);
+    uint16_t *edge = pv_allocate(context, (size_t)cvd->width * (size_t)cvd->height, sizeof *edge, result);
+    for (int32_t y = 0; y < cvd->height && edge; y++) {
+        const float *row = field_row(field, cvd, y);
+        for (int32_t x = 0; x < cvd->width; x++) {
+            double d = row[x] * unit + 0.5;
+            edge[(int64_t)y * cvd->width + x] = d < UINT16_MAX ? (uint16_t)d : UINT16_MAX;
+        }
     }
     return edge;
 }
 
-static void set_lengths(const pave_cvd_params *params, const pave_field *field, pv_plane *plane)
+static void set_lengths(const pave_cvd *cvd, pv_plane *plane)
 {
+    const pave_cvd_params *params = &cvd->params;
     double h = params->half_side;
     memset(plane, 0, sizeof *plane);
-    plane->width = field->width;
-    plane->height = field->height;
+    plane->width = cvd->width;
+    plane->height = cvd->height;
+    plane->origin_x = 256 * cvd->place.x;
+    plane->origin_y = 256 * cvd->place.y;
     plane->cell = fixed(2 * h);
     plane->push_within = fixed(params->push_within * h);
     plane->push_to = fixed(params->push_to * h);
@@ -91,14 +137,17 @@ static void set_lengths(const pave_cvd_params *params, const pave_field *field, 
     plane->seed = params->seed;
 }
 
-static pave_result relax(pave_context *context, const pv_backend *backend, void *engine, pave_cvd *cvd)
+static pave_result relax(pave_context *context, const pv_backend *backend, void *engine, const pv_plane *plane,
+                         pave_cvd *cvd)
 {
     int32_t steps = cvd->params.iterations;
     double share = 1.0 / (steps + 1);
     pave_result result = PAVE_OK;
+    cvd->exact = 0;
     for (int32_t i = 0; i < steps && !result; i++) {
-        pv_step step;
+        pv_step step = { 0, 0, 0 };
         result = backend->step(context, engine, i, i * share, (i + 1) * share, &step);
+        cvd->exact = pv_margin_after(plane, cvd->exact, step.radius);
     }
     if (!result)
         result = backend->labels(context, engine, steps * share, 1, cvd->labels);
@@ -112,7 +161,7 @@ static pave_result run_on(pave_context *context, const pv_backend *backend, cons
     void *engine = NULL;
     pave_result result = backend->open(context, plane, &engine, cvd->backend_name);
     if (!result)
-        result = relax(context, backend, engine, cvd);
+        result = relax(context, backend, engine, plane, cvd);
     if (engine)
         backend->close(engine);
     cvd->backend = backend->id;
@@ -133,30 +182,125 @@ static pave_result run(pave_context *context, const pv_plane *plane, pave_cvd *c
     return result;
 }
 
-static pave_result make(pave_context *context, const pave_field *field, pave_cvd *cvd)
+/* The greatest distance from a pixel to its site, and from which depth on labels are exact. */
+static void measure_radius(const pv_plane *plane, pave_cvd *cvd)
+{
+    int64_t most = 0;
+    for (int32_t y = 0; y < cvd->height; y++)
+        for (int32_t x = 0; x < cvd->width; x++) {
+            const pave_site *s = &cvd->sites[cvd->labels[(int64_t)y * cvd->width + x]];
+            int64_t dx = 256 * (int64_t)x + 128 - s->x, dy = 256 * (int64_t)y + 128 - s->y;
+            most = dx * dx + dy * dy > most ? dx * dx + dy * dy : most;
+        }
+    cvd->radius = (int32_t)pv_isqrt((uint64_t)most) + 1;
+    cvd->exact += cvd->radius + pv_plane_reach(plane);
+}
+
+/* Sites in the plane's coordinates, with the homes that belong to the window. */
+static void place_sites(const pv_plane *plane, const pv_seeds *seeds, pave_cvd *cvd)
+{
+    const pv_rect *w = &cvd->window;
+    for (int32_t i = 0; i < cvd->site_count; i++) {
+        int32_t x = seeds->homes[i].x * plane->cell >> 8, y = seeds->homes[i].y * plane->cell >> 8;
+        cvd->mine[i] = x >= w->x && y >= w->y && x < w->x + w->width && y < w->y + w->height;
+        cvd->sites[i].x += plane->origin_x;
+        cvd->sites[i].y += plane->origin_y;
+    }
+}
+
+static pave_result allocate(pave_context *context, pv_seeds *seeds, pave_cvd *cvd)
+{
+    pave_result result = PAVE_OK;
+    size_t n = (size_t)seeds->count;
+    cvd->site_count = seeds->count;
+    cvd->numbers = seeds->numbers; /* taken over */
+    seeds->numbers = NULL;
+    cvd->mine = pv_allocate(context, n, sizeof *cvd->mine, &result);
+    if (!result)
+        cvd->sites = pv_allocate(context, n, sizeof *cvd->sites, &result);
+    if (!result)
+        cvd->labels = pv_allocate(context, (size_t)cvd->width * (size_t)cvd->height, sizeof *cvd->labels, &result);
+    return result;
+}
+
+/* The diagram of a region. */
+static pave_result make_region(pave_context *context, const pave_field *field, pv_rect region, pave_cvd *cvd)
 {
     pv_plane plane;
-    pave_site *start = NULL;
-    pv_home *homes = NULL;
+    pv_seeds seeds;
     pave_result result = PAVE_OK;
-    set_lengths(&cvd->params, field, &plane);
-    uint16_t *edge = quantise_edges(context, field, &plane, &result);
+    cvd->place = (pv_place){ region.x, region.y, plane_width(field), plane_height(field) };
+    cvd->width = region.width;
+    cvd->height = region.height;
+    set_lengths(cvd, &plane);
+    uint16_t *edge = quantise_edges(context, field, cvd, &plane, &result);
     plane.edge = edge;
+    seeds = (pv_seeds){ NULL, NULL, NULL, 0 };
     if (!result)
-        result = pv_seeds(context, &cvd->params, &plane, &start, &homes, &cvd->site_count);
-    plane.start = start;
-    plane.home = homes;
-    plane.sites = cvd->site_count;
+        result = pv_seeds_draw(context, &cvd->params, &plane, &cvd->place, &seeds);
+    plane.start = seeds.sites;
+    plane.home = seeds.homes;
+    plane.sites = seeds.count;
     if (!result)
-        cvd->sites = pv_allocate(context, (size_t)plane.sites, sizeof *cvd->sites, &result);
-    if (!result)
-        cvd->labels = pv_allocate(context, (size_t)plane.width * (size_t)plane.height, sizeof *cvd->labels, &result);
-    if (!result)
+        result = allocate(context, &seeds, cvd);
+    if (!result && seeds.count)
         result = run(context, &plane, cvd);
+    if (!result && seeds.count) {
+        if (pv_rect_room(cvd->window, region, &cvd->place) < INT32_MAX)
+            measure_radius(&plane, cvd);
+        place_sites(&plane, &seeds, cvd);
+    }
     pv_release(edge);
-    pv_release(start);
-    pv_release(homes);
+    pv_seeds_free(&seeds);
     return result;
+}
+
+static void drop_region(pave_cvd *cvd)
+{
+    pv_release(cvd->labels);
+    pv_release(cvd->sites);
+    pv_release(cvd->numbers);
+    pv_release(cvd->mine);
+    cvd->labels = NULL;
+    cvd->sites = NULL;
+    cvd->numbers = NULL;
+    cvd->mine = NULL;
+}
+
+static pave_result copy_window(pave_context *context, pave_cvd *cvd)
+{
+    const pv_rect *w = &cvd->window;
+    pave_result result = PAVE_OK;
+    cvd->window_labels = cvd->labels;
+    if (w->width == cvd->width && w->height == cvd->height)
+        return PAVE_OK;
+    cvd->window_labels = pv_allocate(context, (size_t)w->width * (size_t)w->height, sizeof *cvd->labels, &result);
+    for (int32_t y = 0; y < w->height && !result; y++)
+        memcpy(cvd->window_labels + (int64_t)y * w->width,
+               cvd->labels + (int64_t)(w->y - cvd->place.y + y) * cvd->width + w->x - cvd->place.x,
+               (size_t)w->width * sizeof *cvd->labels);
+    return result;
+}
+
+/* A region that holds the window and all that can tell on it; a larger one if it turns out to be too small. */
+static pave_result make(pave_context *context, const pave_field *field, pave_cvd *cvd)
+{
+    pv_rect bounds = { field->place.x, field->place.y, field->width, field->height };
+    int32_t wanted = (int32_t)ceil(fmin(cvd->params.window_margin * cvd->params.half_side, 1 << 20));
+    int32_t margin = wanted + pv_margin_guess(&cvd->params);
+    for (;;) {
+        pv_rect region = pv_rect_grown(cvd->window, margin, bounds);
+        pave_result result = make_region(context, field, region, cvd);
+        if (result)
+            return result;
+        int32_t room = pv_rect_room(cvd->window, region, &cvd->place), needed = wanted + (cvd->exact >> 8) + 1;
+        if (cvd->site_count && room >= needed)
+            return copy_window(context, cvd);
+        if (region.width == bounds.width && region.height == bounds.height)
+            return pv_fail(context, PAVE_ERR_LIMIT, "the window needs %d px of the drawing around it", (int)needed);
+        drop_region(cvd);
+        margin = (needed > margin ? needed : margin) + margin / 4 + 1;
+    }
 }
 
 pave_result pave_cvd_create(pave_context *context, const pave_field *field, const pave_cvd_params *given,
@@ -166,18 +310,14 @@ pave_result pave_cvd_create(pave_context *context, const pave_field *field, cons
         *out = NULL;
     if (!context || !field || !out)
         return PAVE_ERR_ARGUMENT;
-    pave_cvd_params params;
-    pave_result result = read_params(context, given, field, &params);
-    if (result)
-        return result;
+    pave_result result;
     pave_cvd *cvd = pv_allocate_zeroed(context, 1, sizeof *cvd, &result);
     if (!cvd)
         return result;
-    cvd->width = field->width;
-    cvd->height = field->height;
-    cvd->params = params;
+    result = read_params(context, given, field, cvd);
     pv_call call = pv_call_begin(context, "diagram", 0, 1);
-    result = make(context, field, cvd);
+    if (!result)
+        result = make(context, field, cvd);
     pv_call_end(context, call);
     if (result)
         pave_cvd_free(&cvd);
@@ -189,18 +329,22 @@ void pave_cvd_free(pave_cvd **cvd)
 {
     if (!cvd || !*cvd)
         return;
-    pv_release((*cvd)->labels);
-    pv_release((*cvd)->sites);
+    if ((*cvd)->window_labels != (*cvd)->labels)
+        pv_release((*cvd)->window_labels);
+    drop_region(*cvd);
     pv_release(*cvd);
     *cvd = NULL;
 }
 
-int32_t pave_cvd_width(const pave_cvd *cvd) { return cvd->width; }
-int32_t pave_cvd_height(const pave_cvd *cvd) { return cvd->height; }
+int32_t pave_cvd_x(const pave_cvd *cvd) { return cvd->window.x; }
+int32_t pave_cvd_y(const pave_cvd *cvd) { return cvd->window.y; }
+int32_t pave_cvd_width(const pave_cvd *cvd) { return cvd->window.width; }
+int32_t pave_cvd_height(const pave_cvd *cvd) { return cvd->window.height; }
 double pave_cvd_half_side(const pave_cvd *cvd) { return cvd->params.half_side; }
-const int32_t *pave_cvd_labels(const pave_cvd *cvd) { return cvd->labels; }
+const int32_t *pave_cvd_labels(const pave_cvd *cvd) { return cvd->window_labels; }
 int32_t pave_cvd_site_count(const pave_cvd *cvd) { return cvd->site_count; }
 const pave_site *pave_cvd_sites(const pave_cvd *cvd) { return cvd->sites; }
+const int32_t *pave_cvd_site_numbers(const pave_cvd *cvd) { return cvd->numbers; }
 int32_t pave_cvd_backend(const pave_cvd *cvd) { return cvd->backend; }
 const char *pave_cvd_backend_name(const pave_cvd *cvd) { return cvd->backend_name; }
 
@@ -211,10 +355,10 @@ pave_result pave_cvd_image(pave_context *context, const pave_cvd *cvd, pave_imag
     if (!context || !cvd || !out)
         return PAVE_ERR_ARGUMENT;
     pave_image_params shape = PAVE_IMAGE_PARAMS_INIT;
-    shape.width = cvd->width;
-    shape.height = cvd->height;
+    shape.width = cvd->window.width;
+    shape.height = cvd->window.height;
     shape.type = PAVE_U32;
     shape.encoding = PAVE_DATA;
     shape.names = "label";
-    return pave_image_create(context, &shape, cvd->labels, out);
+    return pave_image_create(context, &shape, cvd->window_labels, out);
 }

@@ -3,18 +3,55 @@
 
 #include "backend/backend.h"
 #include "base/params.h"
+#include "image/image.h"
 
 extern const pv_table pv_cvd_table;
 
+/* A part of the plane, px. */
+typedef struct pv_rect {
+    int32_t x, y, width, height;
+} pv_rect;
+
 struct pave_cvd {
-    int32_t width, height, site_count;
-    int32_t *labels;
-    pave_site *sites;
+    pv_place place; /* of the region that was computed: the window and what is needed around it */
+    pv_rect window;
+    int32_t width, height; /* of the region */
+    int32_t site_count;
+    int32_t *labels;        /* of the region, as places in sites */
+    int32_t *window_labels; /* of the window; the same array if the window is the region */
+    pave_site *sites;       /* in the plane's coordinates */
+    int32_t *numbers;       /* in the whole plane */
+    uint8_t *mine;          /* has the window this site's home cell's corner? Then its stone belongs to the window */
+    int32_t exact;          /* labels are exact from this far inside the region's open borders, 1/256 px */
+    int32_t radius;         /* no pixel is farther from its site, 1/256 px */
     pave_cvd_params params; /* half_side as it was used */
     int32_t backend;
     char backend_name[128];
 };
 
-/* seeds.c: draws the first sites of a plane and names their homes. Both arrays are the caller's to release. */
-pave_result pv_seeds(pave_context *context, const pave_cvd_params *params, const pv_plane *plane, pave_site **sites,
-                     pv_home **homes, int32_t *count);
+/* First sites of a region, in its own coordinates. The arrays are the caller's to release, also on failure. */
+typedef struct pv_seeds {
+    pave_site *sites;
+    pv_home *homes;
+    int32_t *numbers;
+    int32_t count;
+} pv_seeds;
+
+/* seeds.c: draws the sites of the plane's region that `plane` describes. */
+pave_result pv_seeds_draw(pave_context *context, const pave_cvd_params *params, const pv_plane *plane,
+                          const pv_place *place, pv_seeds *out);
+void pv_seeds_free(pv_seeds *seeds);
+
+/* window.c: how far the iterations can carry something. The margin inside a region's open borders within which sites
+ * may not be what they are in the whole plane, 1/256 px: before the first step 0, after each as follows. */
+int32_t pv_margin_after(const pv_plane *plane, int32_t margin, int32_t radius);
+
+/* A first guess of the margin that all iterations will need, px. */
+int32_t pv_margin_guess(const pave_cvd_params *params);
+
+/* The window grown by `margin` px, cut to what lies within `bounds`. */
+pv_rect pv_rect_grown(pv_rect window, int32_t margin, pv_rect bounds);
+
+/* How far the window is from the nearest border of the region that is not a border of the plane, px; INT32_MAX if all
+ * are. */
+int32_t pv_rect_room(pv_rect window, pv_rect region, const pv_place *plane);

@@ -1,8 +1,6 @@
 /* The distance field: mark the edges, spread the distance, hand it out in pixels. */
 #include "field/field.h"
 
-#include "image/image.h"
-
 #include <math.h>
 #include <string.h>
 
@@ -76,6 +74,7 @@ pave_result pave_field_create(pave_context *context, const pave_image *drawing, 
         return result;
     field->width = drawing->width;
     field->height = drawing->height;
+    field->place = drawing->place;
     field->params = params;
     pv_drawing pixels = { drawing->width, drawing->height, drawing->pixels };
     pv_call call = pv_call_begin(context, "field", 0, 1);

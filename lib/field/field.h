@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/params.h"
+#include "image/image.h"
 
 #include <pave/field.h>
 
@@ -12,6 +13,7 @@ enum { PV_FIELD_ONE = 65536 };
 
 struct pave_field {
     int32_t width, height;
+    pv_place place;
     float *distance;
     pave_field_params params;
 };

@@ -93,6 +93,7 @@ pave_result pv_image_new(pave_context *context, const pave_image_params *given, 
     image->type = params.type;
     image->encoding = params.encoding;
     image->alpha = params.alpha;
+    image->place = (pv_place){ 0, 0, params.width, params.height };
     result = set_names(context, image, params.names ? params.names : default_names(params.channels));
     if (!result)
         image->pixels = pv_allocate(context, (size_t)params.width * (size_t)params.height,

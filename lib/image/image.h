@@ -9,8 +9,15 @@ enum { PV_MOST_CHANNELS = 32, PV_CHANNEL_NAME = 64 };
 
 extern const pv_table pv_threshold_table;
 
+/* Where pixels lie that are part of a larger plane. */
+typedef struct pv_place {
+    int32_t x, y;          /* of the first pixel in the plane, px */
+    int32_t width, height; /* of the plane, px */
+} pv_place;
+
 struct pave_image {
     int32_t width, height, channels, type, encoding, alpha;
+    pv_place place;
     char names[PV_MOST_CHANNELS][PV_CHANNEL_NAME];
     void *pixels;
 };

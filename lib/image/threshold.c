@@ -95,6 +95,7 @@ pave_result pave_image_threshold(pave_context *context, const pave_image *image,
     if (result)
         return result;
 
+    drawing->place = image->place;
     threshold_job job = { image, drawing->pixels, params.threshold, params.invert, 0, 0, 0, image->alpha,
                 image->type == PAVE_U32 ? 4294967295.0 : 1 };
     int32_t red = pv_image_channel(image, "R"), green = pv_image_channel(image, "G"),

@@ -57,11 +57,21 @@ static double clamp(double v, double most)
     return v > 0 ? v < most ? v : most : 0;
 }
 
+static double picture_x(const preview *job, const double *vertex)
+{
+    return (vertex[0] - job->stones->x) * job->scale;
+}
+
+static double picture_y(const preview *job, const double *vertex)
+{
+    return (vertex[1] - job->stones->y) * job->scale;
+}
+
 /* An edge, cut into rows. x beyond the picture is moved to its border, which keeps the coverage inside right enough:
- * stones do not leave the plane. */
+ * what lies beyond covers nothing. */
 static void add_edge(const preview *job, float *plane, double top, const double *a, const double *b)
 {
-    double x0 = a[0] * job->scale, y0 = a[1] * job->scale - top, x1 = b[0] * job->scale, y1 = b[1] * job->scale - top;
+    double x0 = picture_x(job, a), y0 = picture_y(job, a) - top, x1 = picture_x(job, b), y1 = picture_y(job, b) - top;
     double sign = y0 < y1 ? 1 : -1;
     if (sign < 0) {
         double x = x0, y = y0;
@@ -82,7 +92,7 @@ static void columns(const preview *job, int32_t stone, int32_t *left, int32_t *r
     const pave_stones *stones = job->stones;
     double least = job->width, most = 0;
     for (int64_t i = stones->starts[stone]; i < stones->starts[stone + 1]; i++) {
-        double x = clamp(stones->vertices[2 * i] * job->scale, job->width);
+        double x = clamp(picture_x(job, &stones->vertices[2 * i]), job->width);
         least = x < least ? x : least;
         most = x > most ? x : most;
     }
@@ -150,7 +160,7 @@ static void rows_of(const preview *job, int32_t stone, int32_t *first, int32_t *
     const pave_stones *stones = job->stones;
     double least = job->height, most = 0, edge = job->height - 1;
     for (int64_t i = stones->starts[stone]; i < stones->starts[stone + 1]; i++) {
-        double y = stones->vertices[2 * i + 1] * job->scale;
+        double y = picture_y(job, &stones->vertices[2 * i]);
         least = y < least ? y : least;
         most = y > most ? y : most;
     }

@@ -30,6 +30,14 @@ static void put_choice(pv_json *json, const pv_param *row, int32_t value)
     pv_json_string(json, row->name, text);
 }
 
+static void put_window(pv_json *json, const char *key, const int32_t *window)
+{
+    pv_json_array(json, key);
+    for (int i = 0; i < 4; i++)
+        pv_json_whole(json, NULL, window[i]);
+    pv_json_close(json);
+}
+
 static void put_params(pv_json *json, const pv_table *table, const void *params)
 {
     pv_json_object(json, table->name);
@@ -41,6 +49,7 @@ static void put_params(pv_json *json, const pv_table *table, const void *params)
         case PAVE_PARAM_LONG: pv_json_whole(json, row->name, *(const int64_t *)at); break;
         case PAVE_PARAM_SEED: pv_json_unsigned(json, row->name, *(const uint64_t *)at); break;
         case PAVE_PARAM_FLAG: pv_json_flag(json, row->name, *(const int32_t *)at); break;
+        case PAVE_PARAM_WINDOW: put_window(json, row->name, at); break;
         case PAVE_PARAM_CHOICE: put_choice(json, row, *(const int32_t *)at); break;
         default: pv_json_whole(json, row->name, *(const int32_t *)at);
         }
@@ -96,7 +105,9 @@ static void put_measure(pv_json *json, const pave_measure *measure)
 static void put_origin(pv_json *json, const pave_stones *stones)
 {
     pv_json_string(json, "pave", pave_version());
-    pv_json_object(json, "plane");
+    pv_json_object(json, "window");
+    pv_json_whole(json, "x", stones->x);
+    pv_json_whole(json, "y", stones->y);
     pv_json_whole(json, "width", stones->width);
     pv_json_whole(json, "height", stones->height);
     pv_json_close(json);

@@ -16,11 +16,11 @@ static void put_colour(pv_output *output, pv_colour colour)
 static void put_head(pv_output *output, const pave_stones *stones)
 {
     char text[256];
-    int32_t w = stones->width, h = stones->height;
+    int32_t x = stones->x, y = stones->y, w = stones->width, h = stones->height;
     snprintf(text, sizeof text,
-             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%d\" height=\"%d\" viewBox=\"0 0 %d %d\">\n"
-             "<title>Pavement of %d stones</title>\n<rect width=\"%d\" height=\"%d\" fill=\"",
-             w, h, w, h, stones->count, w, h);
+             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%d\" height=\"%d\" viewBox=\"%d %d %d %d\">\n"
+             "<title>Pavement of %d stones</title>\n<rect x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\" fill=\"",
+             w, h, x, y, w, h, stones->count, x, y, w, h);
     pv_output_text(output, text);
     put_colour(output, pv_grout);
     pv_output_text(output, "\"/>\n");

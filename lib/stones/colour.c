@@ -12,7 +12,8 @@ static int32_t clamp(int32_t v, int32_t high)
 
 uint8_t pv_colour_at(const pave_image *drawing, pv_point p)
 {
-    int32_t x = clamp((int32_t)floor(p.x), drawing->width), y = clamp((int32_t)floor(p.y), drawing->height);
+    int32_t x = clamp((int32_t)floor(p.x) - drawing->place.x, drawing->width);
+    int32_t y = clamp((int32_t)floor(p.y) - drawing->place.y, drawing->height);
     return ((const uint8_t *)drawing->pixels)[(int64_t)y * drawing->width + x];
 }
 

@@ -44,7 +44,7 @@ static double corner_width(const pv_mesh *mesh, const ring *r, int32_t i)
 
 static int on_border(const pv_mesh *mesh, pv_point p)
 {
-    return p.x <= 0 || p.y <= 0 || p.x >= mesh->width || p.y >= mesh->height;
+    return p.x <= mesh->left || p.y <= mesh->top || p.x >= mesh->right || p.y >= mesh->bottom;
 }
 
 /* The widest corner that this ring may still ask for, -1 if there is none. */

@@ -1,4 +1,5 @@
 /* Single stones (III.C): wide corners and small edges dropped, coloured, shrunk by the grout, and made valid. */
+#include "cvd/cvd.h"
 #include "image/image.h"
 #include "stones/stones.h"
 
@@ -216,21 +217,21 @@ static pave_result allocate(pave_context *context, const pv_mesh *mesh, pave_sto
     return result;
 }
 
-pave_result pv_stones_isolate(pave_context *context, const pave_image *drawing, const pv_mesh *mesh,
-                              double half_side, pave_stones *out)
+pave_result pv_stones_isolate(pave_context *context, const pave_image *drawing, const pave_cvd *cvd,
+                              const pv_mesh *mesh, pave_stones *out)
 {
     pave_result result = allocate(context, mesh, out);
-    cut_limits limits = { pv_width_of_degrees(out->params.drop_angle), out->params.small_edge * half_side,
+    cut_limits limits = { pv_width_of_degrees(out->params.drop_angle), out->params.small_edge * cvd->params.half_side,
                       out->params.grout / 2 };
     for (int32_t r = 0; r < mesh->ring_count && !result; r++) {
         stone s;
         pv_cell ring[MOST_CORNERS];
         uint8_t colour;
-        if (mesh->first[r + 1] - mesh->first[r] >= 3) {
+        if (cvd->mine[r] && mesh->first[r + 1] - mesh->first[r] >= 3) {
             take_ring(mesh, r, &s);
             int32_t count = cut_stone(drawing, &limits, &s, &colour, ring, &out->measure.repaired);
             if (count)
-                add_stone(out, r, colour, ring, count);
+                add_stone(out, cvd->numbers[r], colour, ring, count);
         }
         if (r % 4096 == 0)
             result = pv_progress(context, 0.7 + 0.25 * r / mesh->ring_count);

@@ -1,4 +1,5 @@
 /* What a pavement is judged by: corners (Fig. 9), areas (Fig. 12), coverage. */
+#include "cvd/cvd.h"
 #include "stones/stones.h"
 
 #include "util/polygon.h"
@@ -21,17 +22,20 @@ static double area_of(const pave_stones *stones, int32_t s)
     return area / 2;
 }
 
-void pv_stones_measure(const pv_mesh *mesh, double half_side, pave_stones *stones)
+void pv_stones_measure(const pave_cvd *cvd, const pv_mesh *mesh, pave_stones *stones)
 {
     pave_measure *m = &stones->measure;
-    double sum = 0, squares = 0;
-    m->sites = mesh->ring_count;
-    m->stones = stones->count;
-    m->lost = mesh->ring_count - stones->count;
+    double sum = 0, squares = 0, half_side = cvd->params.half_side;
     m->half_side = half_side;
     m->area_step = half_side * half_side / 2;
-    for (int32_t r = 0; r < mesh->ring_count; r++)
+    for (int32_t r = 0; r < mesh->ring_count; r++) {
+        if (!cvd->mine[r])
+            continue;
+        m->sites++;
         count_in(m->corners_before, (double)(mesh->first[r + 1] - mesh->first[r]));
+    }
+    m->stones = stones->count;
+    m->lost = m->sites - stones->count;
     for (int32_t s = 0; s < stones->count; s++) {
         double area = area_of(stones, s);
         count_in(m->corners_after, (double)(stones->starts[s + 1] - stones->starts[s]));

@@ -21,8 +21,8 @@ typedef struct terrain {
 
 static double signed_distance(const terrain *t, int32_t x, int32_t y)
 {
-    x = clamp(x, t->field->width);
-    y = clamp(y, t->field->height);
+    x = clamp(x - t->field->place.x, t->field->width);
+    y = clamp(y - t->field->place.y, t->field->height);
     int64_t at = (int64_t)y * t->field->width + x;
     double d = t->field->distance[at];
     return ((const uint8_t *)t->drawing->pixels)[at] == t->inside ? d : -d;
@@ -49,7 +49,7 @@ static double limit(double v, double low, double high)
 /* Newton's steps down the distance; vertices on the border of the plane stay on it. */
 static pv_point to_edge(const terrain *t, pv_point p)
 {
-    double width = t->drawing->width, height = t->drawing->height;
+    double width = t->drawing->place.width, height = t->drawing->place.height;
     int fixed_x = p.x <= 0 || p.x >= width, fixed_y = p.y <= 0 || p.y >= height;
     for (int i = 0; i < STEPS; i++) {
         double d, gx, gy;

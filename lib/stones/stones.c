@@ -5,6 +5,7 @@
 #include "field/field.h"
 #include "image/image.h"
 
+#include <math.h>
 #include <string.h>
 
 static const pave_stones_params default_params = PAVE_STONES_PARAMS_INIT;
@@ -29,7 +30,6 @@ static pave_result make(pave_context *context, const pave_image *drawing, const 
                         const pave_cvd *cvd, pave_stones *stones)
 {
     pv_mesh mesh;
-    double h = cvd->params.half_side;
     pave_result result = pv_mesh_trace(context, cvd, &mesh);
     if (!result) {
         pv_mesh_colour(drawing, &mesh);
@@ -40,21 +40,59 @@ static pave_result make(pave_context *context, const pave_image *drawing, const 
         result = pv_mesh_snap(context, drawing, field, &mesh);
     }
     if (!result)
-        result = pv_stones_isolate(context, drawing, &mesh, h, stones);
+        result = pv_stones_isolate(context, drawing, cvd, &mesh, stones);
     if (!result)
-        pv_stones_measure(&mesh, h, stones);
+        pv_stones_measure(cvd, &mesh, stones);
     pv_mesh_free(&mesh);
     return result ? result : pv_progress(context, 1);
 }
 
+/* Flattening carries something from cell to cell in each pass, colouring once more, and a stone may lie beyond the
+ * window that its home is in. */
+double pv_stones_margin(const pave_cvd *cvd, const pave_stones_params *params)
+{
+    const pv_rect *w = &cvd->window;
+    int64_t beyond = 0, left = 256 * (int64_t)w->x, top = 256 * (int64_t)w->y;
+    int64_t right = left + 256 * (int64_t)w->width, bottom = top + 256 * (int64_t)w->height;
+    for (int32_t i = 0; i < cvd->site_count; i++) {
+        if (!cvd->mine[i])
+            continue;
+        int64_t x = cvd->sites[i].x, y = cvd->sites[i].y;
+        beyond = left - x > beyond ? left - x : beyond;
+        beyond = x - right > beyond ? x - right : beyond;
+        beyond = top - y > beyond ? top - y : beyond;
+        beyond = y - bottom > beyond ? y - bottom : beyond;
+    }
+    return (double)beyond / 256 + (2 * (params->passes + 2) + 1) * (double)cvd->radius / 256 + 4;
+}
+
+double pv_stones_room(const pave_cvd *cvd)
+{
+    pv_rect region = { cvd->place.x, cvd->place.y, cvd->width, cvd->height };
+    int32_t room = pv_rect_room(cvd->window, region, &cvd->place);
+    return room == INT32_MAX ? INFINITY : room - cvd->exact / 256.0;
+}
+
+static int covers(const pv_place *place, int32_t width, int32_t height, const pave_cvd *cvd)
+{
+    return place->width == cvd->place.width && place->height == cvd->place.height && place->x <= cvd->place.x &&
+           place->y <= cvd->place.y && place->x + width >= cvd->place.x + cvd->width &&
+           place->y + height >= cvd->place.y + cvd->height;
+}
+
 static pave_result check_inputs(pave_context *context, const pave_image *drawing, const pave_field *field,
-                                const pave_cvd *cvd)
+                                const pave_cvd *cvd, const pave_stones_params *params)
 {
     if (drawing->channels != 1 || drawing->type != PAVE_U8)
         return pv_fail(context, PAVE_ERR_ARGUMENT, "a drawing has one 8-bit channel: call pave_image_threshold first");
-    if (drawing->width != cvd->width || drawing->height != cvd->height || field->width != cvd->width ||
-        field->height != cvd->height)
+    if (!covers(&drawing->place, drawing->width, drawing->height, cvd) ||
+        !covers(&field->place, field->width, field->height, cvd))
         return pv_fail(context, PAVE_ERR_ARGUMENT, "drawing, field and diagram are not of one size");
+    double margin = pv_stones_margin(cvd, params), more = margin - pv_stones_room(cvd);
+    double needed = ceil(cvd->params.window_margin + more / cvd->params.half_side);
+    if (more > 0)
+        return pv_fail(context, PAVE_ERR_ARGUMENT,
+                       "the diagram's window_margin is too small for its stones: %.0f is needed", needed);
     return PAVE_OK;
 }
 
@@ -68,14 +106,16 @@ pave_result pave_stones_create(pave_context *context, const pave_image *drawing,
     pave_stones_params params;
     pave_result result = pv_params_read(context, &pv_stones_table, given, &params);
     if (!result)
-        result = check_inputs(context, drawing, field, cvd);
+        result = check_inputs(context, drawing, field, cvd, &params);
     if (result)
         return result;
     pave_stones *stones = pv_allocate_zeroed(context, 1, sizeof *stones, &result);
     if (!stones)
         return result;
-    stones->width = cvd->width;
-    stones->height = cvd->height;
+    stones->x = cvd->window.x;
+    stones->y = cvd->window.y;
+    stones->width = cvd->window.width;
+    stones->height = cvd->window.height;
     stones->measure.size = sizeof stones->measure;
     stones->cvd = cvd->params;
     stones->params = params;
@@ -104,6 +144,8 @@ void pave_stones_free(pave_stones **stones)
     *stones = NULL;
 }
 
+int32_t pave_stones_x(const pave_stones *stones) { return stones->x; }
+int32_t pave_stones_y(const pave_stones *stones) { return stones->y; }
 int32_t pave_stones_width(const pave_stones *stones) { return stones->width; }
 int32_t pave_stones_height(const pave_stones *stones) { return stones->height; }
 int32_t pave_stones_count(const pave_stones *stones) { return stones->count; }

@@ -8,7 +8,8 @@
 extern const pv_table pv_stones_table;
 
 struct pave_stones {
-    int32_t width, height, count;
+    int32_t x, y, width, height; /* of the window */
+    int32_t count;
     int64_t *starts;
     double *vertices;
     uint8_t *colours;
@@ -29,7 +30,7 @@ typedef struct pv_point {
 /* Polygons that share their vertices. Ring r, one for each site, is corner[first[r]] .. corner[first[r+1]-1],
  * counter-clockwise as seen. */
 typedef struct pv_mesh {
-    int32_t width, height;
+    double left, top, right, bottom; /* of the region, in the plane */
     int32_t vertex_count, ring_count;
     pv_point *vertex;
     int32_t *owner;      /* the ring in which a vertex has been made flat, -1: none */
@@ -51,12 +52,17 @@ pave_result pv_mesh_flatten(pave_context *context, const pave_stones_params *par
 /* snap.c: moves vertices that are on the wrong side of an edge of the drawing onto it. */
 pave_result pv_mesh_snap(pave_context *context, const pave_image *drawing, const pave_field *field, pv_mesh *mesh);
 
-/* isolate.c: single stones out of a mesh, with their measure; `out` has its plane and parameters set. */
-pave_result pv_stones_isolate(pave_context *context, const pave_image *drawing, const pv_mesh *mesh,
-                              double half_side, pave_stones *out);
+/* isolate.c: the window's stones, each by itself; `out` has its window and parameters set. */
+pave_result pv_stones_isolate(pave_context *context, const pave_image *drawing, const pave_cvd *cvd,
+                              const pv_mesh *mesh, pave_stones *out);
 
 /* measure.c: counts and areas of finished stones. */
-void pv_stones_measure(const pv_mesh *mesh, double half_side, pave_stones *stones);
+void pv_stones_measure(const pave_cvd *cvd, const pv_mesh *mesh, pave_stones *stones);
+
+/* How much deeper than where its labels begin to be exact a diagram's window must lie for its stones to be those of
+ * the whole, and how much deeper it lies; both px. */
+double pv_stones_margin(const pave_cvd *cvd, const pave_stones_params *params);
+double pv_stones_room(const pave_cvd *cvd);
 
 /* Pixel value of the drawing under a point, the nearest one for points on the rim or beyond. */
 uint8_t pv_colour_at(const pave_image *drawing, pv_point p);

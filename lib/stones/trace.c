@@ -61,7 +61,7 @@ static void count_vertex(pv_mesh *mesh, int32_t x, int32_t y, const int32_t *lab
 static void add_vertex(pv_mesh *mesh, int32_t x, int32_t y, const int32_t *labels, int count)
 {
     int32_t v = mesh->vertex_count++;
-    mesh->vertex[v] = (pv_point){ x, y };
+    mesh->vertex[v] = (pv_point){ mesh->left + x, mesh->top + y };
     mesh->owner[v] = -1;
     for (int i = 0; i < count; i++)
         mesh->corner[mesh->first[labels[i]]++] = v;
@@ -145,8 +145,10 @@ pave_result pv_mesh_trace(pave_context *context, const pave_cvd *cvd, pv_mesh *m
 {
     pave_result result;
     memset(mesh, 0, sizeof *mesh);
-    mesh->width = cvd->width;
-    mesh->height = cvd->height;
+    mesh->left = cvd->place.x;
+    mesh->top = cvd->place.y;
+    mesh->right = mesh->left + cvd->width;
+    mesh->bottom = mesh->top + cvd->height;
     mesh->ring_count = cvd->site_count;
     mesh->first = pv_allocate_zeroed(context, (size_t)mesh->ring_count + 1, sizeof *mesh->first, &result);
     if (!mesh->first)

@@ -54,12 +54,14 @@ static void make_plane(pave_context *context, int32_t side, double h, pv_plane *
         fail(context, "edges");
     draw_edges(edge, side);
     plane->edge = edge;
-    pave_site *start;
-    pv_home *home;
-    if (pv_seeds(context, &params, plane, &start, &home, &plane->sites))
+    pv_place place = { 0, 0, side, side };
+    pv_seeds seeds;
+    if (pv_seeds_draw(context, &params, plane, &place, &seeds))
         fail(context, "seeds");
-    plane->start = start;
-    plane->home = home;
+    plane->start = seeds.sites;
+    plane->home = seeds.homes;
+    plane->sites = seeds.count;
+    pv_release(seeds.numbers);
 }
 
 static void release_plane(pv_plane *plane)

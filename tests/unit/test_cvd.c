@@ -173,6 +173,66 @@ static void sites_line_up_along_an_edge(void **state)
     pave_image_free(&drawing);
 }
 
+/* A window is a part of the whole: labels by number, and the sites that own them. */
+static void compare_window(const pave_cvd *whole, const pave_cvd *part)
+{
+    int32_t width = pave_cvd_width(part), x0 = pave_cvd_x(part), y0 = pave_cvd_y(part);
+    for (int32_t i = 0; i < width * pave_cvd_height(part); i++) {
+        int32_t here = pave_cvd_labels(part)[i];
+        int32_t there = pave_cvd_labels(whole)[(y0 + i / width) * pave_cvd_width(whole) + x0 + i % width];
+        assert_int_equal(pave_cvd_site_numbers(part)[here], there);
+        assert_memory_equal(&pave_cvd_sites(part)[here], &pave_cvd_sites(whole)[there], sizeof(pave_site));
+    }
+}
+
+static void windows_are_parts_of_the_whole(void **state)
+{
+    pave_context *context = *state;
+    static const int32_t windows[][4] = {
+        { 0, 0, 100, 80 }, { 130, 170, 64, 64 }, { 299, 0, 1, 400 }, { 0, 399, 300, 1 }, { 17, 23, 1, 1 },
+    };
+    pave_image *drawing = draw_shapes(context, 300, 400);
+    for (int32_t iterations = 0; iterations <= 4; iterations += 2) {
+        pave_cvd_params params = PAVE_CVD_PARAMS_INIT;
+        params.half_side = 2.3;
+        params.iterations = iterations;
+        pave_cvd *whole = diagram(context, drawing, &params);
+        for (int i = 0; i < pave_cvd_site_count(whole); i++)
+            assert_int_equal(pave_cvd_site_numbers(whole)[i], i);
+        for (size_t w = 0; w < sizeof windows / sizeof *windows; w++) {
+            memcpy(params.window, windows[w], sizeof params.window);
+            params.window_margin = (double)w;
+            pave_cvd *part = diagram(context, drawing, &params);
+            assert_int_equal(pave_cvd_width(part), windows[w][2]);
+            assert_true(iterations == 4 || pave_cvd_site_count(part) < pave_cvd_site_count(whole));
+            compare_window(whole, part);
+            pave_cvd_free(&part);
+        }
+        pave_cvd_free(&whole);
+    }
+    pave_image_free(&drawing);
+}
+
+static void windows_outside_the_plane_are_refused(void **state)
+{
+    pave_context *context = *state;
+    static const int32_t windows[][4] = {
+        { 0, 0, 101, 10 }, { 100, 0, 1, 1 }, { 0, -1, 5, 5 }, { 5, 5, 0, 5 }, { 5, 5, INT32_MAX, 5 },
+    };
+    pave_image *drawing = draw_shapes(context, 100, 100);
+    pave_field *field = NULL;
+    assert_ok(pave_field_create(context, drawing, NULL, &field));
+    for (size_t w = 0; w < sizeof windows / sizeof *windows; w++) {
+        pave_cvd_params params = PAVE_CVD_PARAMS_INIT;
+        pave_cvd *cvd = NULL;
+        memcpy(params.window, windows[w], sizeof params.window);
+        assert_int_equal(pave_cvd_create(context, field, &params, &cvd), PAVE_ERR_ARGUMENT);
+        assert_non_null(strstr(pave_context_message(context), "window"));
+    }
+    pave_field_free(&field);
+    pave_image_free(&drawing);
+}
+
 static void impossible_params_are_refused(void **state)
 {
     pave_context *context = *state;
@@ -220,6 +280,8 @@ int main(void)
         cmocka_unit_test(another_seed_is_another_diagram),
         cmocka_unit_test(relaxation_evens_the_cells_out),
         cmocka_unit_test(sites_line_up_along_an_edge),
+        cmocka_unit_test(windows_are_parts_of_the_whole),
+        cmocka_unit_test(windows_outside_the_plane_are_refused),
         cmocka_unit_test(impossible_params_are_refused),
         cmocka_unit_test(the_label_image_holds_the_labels),
     };

@@ -67,7 +67,10 @@ static void release(outcome *o)
 
 static void assert_same(const outcome *a, const outcome *b, const pv_plane *plane)
 {
-    assert_memory_equal(a->step, b->step, sizeof a->step);
+    for (int32_t i = 0; i < STEPS; i++) { /* radius is a bound, not the same for all */
+        assert_int_equal(a->step[i].empty, b->step[i].empty);
+        assert_int_equal(a->step[i].moved, b->step[i].moved);
+    }
     assert_memory_equal(a->sites, b->sites, sizeof *a->sites * (size_t)plane->sites);
     assert_memory_equal(a->labels, b->labels, sizeof *a->labels * (size_t)plane->width * (size_t)plane->height);
 }
@@ -118,19 +121,19 @@ static void compare_drawn(int32_t width, int32_t height, double h, double cap, d
     pave_context *context = make_context(1);
     pave_cvd_params params = PAVE_CVD_PARAMS_INIT;
     pv_plane plane = make_plane(width, height, h);
-    pave_site *start;
-    pv_home *home;
+    pv_place place = { 0, 0, width, height };
+    pv_seeds seeds;
     params.half_side = h;
     params.cap = cap;
     params.scale_min = low;
     params.scale_max = high;
     params.seed = plane.seed;
-    assert_int_equal(pv_seeds(context, &params, &plane, &start, &home, &plane.sites), PAVE_OK);
-    plane.start = start;
-    plane.home = home;
+    assert_int_equal(pv_seeds_draw(context, &params, &plane, &place, &seeds), PAVE_OK);
+    plane.start = seeds.sites;
+    plane.home = seeds.homes;
+    plane.sites = seeds.count;
     compare(&plane);
-    pv_release(start);
-    pv_release(home);
+    pv_seeds_free(&seeds);
     free((void *)(uintptr_t)plane.edge);
     pave_context_free(&context);
 }

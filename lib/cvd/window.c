@@ -1,0 +1,60 @@
+/* Windows: how far a step carries something, and the region that a window needs.
+ *
+ * Let all sites deeper than `margin` inside the region be what they are in the whole plane, and no pixel be farther
+ * than `radius` from its site. A pixel's label depends on the sites within `radius` of it, so labels are right from
+ * margin + radius on. A site's cell lies within `radius` of it: were a pixel farther off its own, the way there would
+ * cross pixels whose sites are nearer. So sites that lie deeper than margin + 2 radius move as they do in the whole.
+ * After the move, those deeper by another `radius` and the push (or by a lattice cell, if they were drawn again) are
+ * known to have been among them: a site cannot have got there from farther out, for then it would own a right pixel
+ * farther than `radius` away. */
+#include "cvd/cvd.h"
+
+enum { ROUNDING = 512 };
+
+int32_t pv_margin_after(const pv_plane *plane, int32_t margin, int32_t radius)
+{
+    int32_t back = plane->push_within - plane->push_to, push = plane->push_to > back ? plane->push_to : back;
+    int64_t move = (int64_t)radius + push, again = plane->cell + plane->cell / 2;
+    int64_t after = margin + 2 * (int64_t)radius + (move > again ? move : again) + ROUNDING;
+    return after < INT32_MAX / 2 ? (int32_t)after : INT32_MAX / 2;
+}
+
+/* As measured: no pixel is farther from a box than 5 half sides in the first step, and 3 later. */
+int32_t pv_margin_guess(const pave_cvd_params *params)
+{
+    double reach = params->cap * params->scale_max, each = 3 * (2.9 + reach) + params->push_to + 0.5;
+    double guess = params->half_side * (10 + params->iterations * each) + params->iterations * 2;
+    return guess < 1 << 20 ? (int32_t)guess : 1 << 20;
+}
+
+static int32_t least(int64_t a, int64_t b)
+{
+    return (int32_t)(a < b ? a : b);
+}
+
+static int32_t most(int64_t a, int64_t b)
+{
+    return (int32_t)(a > b ? a : b);
+}
+
+pv_rect pv_rect_grown(pv_rect window, int32_t margin, pv_rect bounds)
+{
+    pv_rect r = { most((int64_t)window.x - margin, bounds.x), most((int64_t)window.y - margin, bounds.y), 0, 0 };
+    r.width = least((int64_t)window.x + window.width + margin, (int64_t)bounds.x + bounds.width) - r.x;
+    r.height = least((int64_t)window.y + window.height + margin, (int64_t)bounds.y + bounds.height) - r.y;
+    return r;
+}
+
+int32_t pv_rect_room(pv_rect window, pv_rect region, const pv_place *plane)
+{
+    int32_t room = INT32_MAX;
+    if (region.x > 0)
+        room = least(room, window.x - region.x);
+    if (region.y > 0)
+        room = least(room, window.y - region.y);
+    if (region.x + region.width < plane->width)
+        room = least(room, region.x + region.width - window.x - window.width);
+    if (region.y + region.height < plane->height)
+        room = least(room, region.y + region.height - window.y - window.height);
+    return room;
+}
