@@ -36,10 +36,10 @@ typedef struct cli_command {
     const char *summary; /* what it does, a few lines */
     const char *outputs; /* help text of -o; NULL: the verb has no -o */
     const char *json;    /* help text of --json; NULL: none */
-    int inputs;          /* how many it needs */
+    int inputs;          /* how many it needs; -1: any number but 0 */
     const cli_group *groups;
     int group_count;
-    const char *input[MOST_FILES];
+    char **input; /* within argv */
     const char *output[MOST_FILES];
     int input_count, output_count;
     int wants_json, quiet;
@@ -65,3 +65,4 @@ pave_result read_image(pave_context *context, const char *path, pave_image **out
 int lay_main(int argc, char **argv);
 int field_main(int argc, char **argv);
 int info_main(int argc, char **argv);
+int merge_main(int argc, char **argv);

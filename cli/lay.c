@@ -15,7 +15,7 @@ static int check_outputs(const cli_command *command)
 {
     for (int i = 0; i < command->output_count; i++)
         if (!pave_stones_format(command->output[i])) {
-            complain(command, "%s: an output ends in .svg, .png or .json", command->output[i]);
+            complain(command, "%s: an output ends in .svg, .png, .json or .stones", command->output[i]);
             return EXIT_USAGE;
         }
     if (command->output_count || command->wants_json)
@@ -58,7 +58,8 @@ int lay_main(int argc, char **argv)
         .verb = "lay",
         .usage = "DRAWING -o FILE [-o FILE ...] [options]",
         .summary = "Lays a pavement: turns a black and white drawing into the polygons of its stones.",
-        .outputs = "write stones.svg, a picture.png or a report.json; repeatable; - is stdout, as SVG",
+        .outputs = "write stones.svg, a picture.png, a report.json or a part.stones; repeatable;\n"
+                   "                               - is stdout, as SVG",
         .json = "write the report to stdout",
         .inputs = 1,
         .groups = groups,

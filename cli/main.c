@@ -12,6 +12,7 @@ typedef struct verb {
 
 static const verb verbs[] = {
     { "lay", lay_main, "lay a pavement: from a black and white drawing to the polygons of its stones" },
+    { "merge", merge_main, "merge windows that were laid one by one into one file" },
     { "field", field_main, "write the distance field of a drawing" },
     { "info", info_main, "list backends, devices and versions" },
 };

@@ -195,13 +195,13 @@ static int set_option(cli_command *command, pave_context *tables, int left, char
     return pave_params_set(tables, group->table, group->params, name, value) ? EXIT_USAGE : EXIT_FINE;
 }
 
-static int add_file(const cli_command *command, const char **files, int *count, const char *path)
+static int add_output(cli_command *command, const char *path)
 {
-    if (*count == MOST_FILES) {
-        complain(command, "more than %d files of a kind", MOST_FILES);
+    if (command->output_count == MOST_FILES) {
+        complain(command, "more than %d outputs", MOST_FILES);
         return EXIT_USAGE;
     }
-    files[(*count)++] = path;
+    command->output[command->output_count++] = path;
     return EXIT_FINE;
 }
 
@@ -216,7 +216,7 @@ static int read_words(cli_command *command, pave_context *tables, int argc, char
     for (int i = 1, used; i < argc && !status; i += used) {
         used = 1;
         if (only_files || argv[i][0] != '-' || !argv[i][1])
-            status = add_file(command, command->input, &command->input_count, argv[i]);
+            argv[command->input_count++] = argv[i]; /* those before have been read */
         else if (!strcmp(argv[i], "--"))
             only_files = 1;
         else if (!strcmp(argv[i], "-h") || !strcmp(argv[i], "--help"))
@@ -226,9 +226,9 @@ static int read_words(cli_command *command, pave_context *tables, int argc, char
         else if (command->json && !strcmp(argv[i], "--json"))
             command->wants_json = 1;
         else if (command->outputs && is_output(argv[i]) && i + 1 < argc)
-            status = add_file(command, command->output, &command->output_count, argv[i + (used = 2) - 1]);
+            status = add_output(command, argv[i + (used = 2) - 1]);
         else if (command->outputs && !strncmp(argv[i], "--output=", 9))
-            status = add_file(command, command->output, &command->output_count, argv[i] + 9);
+            status = add_output(command, argv[i] + 9);
         else if (command->outputs && is_output(argv[i]))
             complain(command, "%s needs a file", argv[i]), status = EXIT_USAGE;
         else if (argv[i][1] == '-')
@@ -247,10 +247,12 @@ int read_command(cli_command *command, int argc, char **argv)
     params.message_user = command;
     if (pave_context_create(&params, &tables))
         return EXIT_RESOURCES;
+    command->input = argv;
     int status = read_words(command, tables, argc, argv);
     pave_context_free(&tables);
-    if (!status && command->input_count != command->inputs) {
-        if (command->input_count < command->inputs)
+    int enough = command->inputs < 0 ? command->input_count > 0 : command->input_count == command->inputs;
+    if (!status && !enough) {
+        if (command->input_count <= command->inputs || command->inputs < 0)
             complain(command, "which file? usage: pave %s %s", command->verb, command->usage);
         else
             complain(command, "one file too many: %s", command->input[command->inputs]);

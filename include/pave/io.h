@@ -21,9 +21,16 @@ PAVE_API pave_result pave_image_write(pave_context *context, const pave_image *i
  *   "svg"   one <polygon> a stone, in px of the drawing (viewBox "0 0 W H"), grouped by colour on a ground of grout
  *   "png"   a picture of them, one pixel to a pixel of the drawing, at most 16384 a side
  *   "json"  the report: pave_measure, parameters, seed, backend, versions
+ *   "stones" a binary file, for pave_stones_merge: docs/formats.md
  * NULL chooses by the ending of the path. The path "-" is standard output, as SVG unless a format is given. */
 PAVE_API pave_result pave_stones_write(pave_context *context, const pave_stones *stones, const char *path,
                                        const char *format);
+
+/* Merges windows of one pavement, each a file that pave_stones_write wrote as "stones", into one file: the same bytes
+ * as from the whole at once. Any number of stones and files: neither is held in memory. Not as "png". Two files with
+ * the same stone, or of different pavements, are PAVE_ERR_FORMAT; windows that are missing are a warning. */
+PAVE_API pave_result pave_stones_merge(pave_context *context, const char *const *paths, int32_t count,
+                                       const char *path, const char *format);
 
 /* The format that pave_stones_write would choose for a path; NULL if there is none. Never fails. Any thread. */
 PAVE_API const char *pave_stones_format(const char *path);

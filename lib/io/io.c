@@ -97,7 +97,7 @@ pave_result pave_image_read(pave_context *context, const char *path, pave_image 
 }
 
 typedef pave_result image_writer(pave_context *context, const pave_image *image, const char *path, const char *format);
-typedef pave_result stones_writer(pave_context *context, const pave_stones *stones, const char *path);
+typedef pave_result pile_writer(pave_context *context, pv_pile *pile, const char *path);
 
 static pave_result write_exr(pave_context *context, const pave_image *image, const char *path, const char *format)
 {
@@ -114,10 +114,23 @@ static const struct { const char *ending, *format; image_writer *write; } image_
     { ".jpeg", "jpeg", pv_raster_write },
 };
 
-static const struct { const char *ending; stones_writer *write; } stones_formats[] = {
+static pave_result write_preview(pave_context *context, pv_pile *pile, const char *path)
+{
+    if (pile->head.count && !pile->head.vertices)
+        return pv_fail(context, PAVE_ERR_UNSUPPORTED, "%s: a picture is made of stones in memory", path);
+    return pv_preview_write(context, &pile->head, path);
+}
+
+static pave_result write_report(pave_context *context, pv_pile *pile, const char *path)
+{
+    return pv_report_write(context, &pile->head, path);
+}
+
+static const struct { const char *ending; pile_writer *write; } stones_formats[] = {
     { ".svg", pv_svg_write },
-    { ".png", pv_preview_write },
-    { ".json", pv_report_write },
+    { ".png", write_preview },
+    { ".json", write_report },
+    { ".stones", pv_stones_file_write },
 };
 
 /* Case does not matter, and neither does what the locale says about it. */
@@ -150,14 +163,14 @@ const char *pave_stones_format(const char *path)
     return path && !strcmp(path, "-") ? "svg" : NULL;
 }
 
-static pave_result write_stones(pave_context *context, const pave_stones *stones, const char *path, const char *format)
+static pave_result write_pile(pave_context *context, pv_pile *pile, const char *path, const char *format)
 {
     format = format ? format : pave_stones_format(path);
     for (size_t i = 0; format && i < sizeof stones_formats / sizeof *stones_formats; i++)
         if (!strcmp(format, stones_formats[i].ending + 1))
-            return stones_formats[i].write(context, stones, path);
+            return stones_formats[i].write(context, pile, path);
     return pv_fail(context, PAVE_ERR_UNSUPPORTED,
-                   "%s: stones are written as .svg, .png or .json, by the ending of the name", path);
+                   "%s: stones are written as .svg, .png, .json or .stones, by the ending of the name", path);
 }
 
 pave_result pave_image_write(pave_context *context, const pave_image *image, const char *path)
@@ -182,8 +195,32 @@ pave_result pave_stones_write(pave_context *context, const pave_stones *stones, 
     if (!stones || !path)
         return pv_fail(context, PAVE_ERR_ARGUMENT, "pave_stones_write: stones or path is NULL");
     int before = errno;
+    pv_pile pile;
     pv_call outer = pv_call_begin(context, "write", 0, 1);
-    pave_result result = write_stones(context, stones, path, format);
+    pave_result result = pv_pile_of(context, stones, &pile);
+    if (!result)
+        result = write_pile(context, &pile, path, format);
+    pv_pile_close(&pile);
+    pv_call_end(context, outer);
+    errno = before;
+    return result;
+}
+
+pave_result pave_stones_merge(pave_context *context, const char *const *paths, int32_t count, const char *path,
+                              const char *format)
+{
+    if (!context)
+        return PAVE_ERR_ARGUMENT;
+    if (!paths || count < 1 || !path)
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "pave_stones_merge: no files to merge");
+    int before = errno;
+    pv_pile pile;
+    pv_call outer = pv_call_begin(context, "merge", 0, 1);
+    pave_result result = pv_pile_open(context, paths, count, &pile);
+    if (!result) {
+        result = write_pile(context, &pile, path, format);
+        pv_pile_close(&pile);
+    }
     pv_call_end(context, outer);
     errno = before;
     return result;

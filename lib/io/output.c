@@ -261,6 +261,14 @@ static void finish(pv_output *output)
         replace_target(output);
 }
 
+pave_result pv_output_close_head(pv_output *output, pave_result result, const void *head, size_t size)
+{
+    if (output->filled)
+        flush(output);
+    pv_output_at(output, 0, head, size);
+    return pv_output_close(output, result);
+}
+
 pave_result pv_output_close(pv_output *output, pave_result result)
 {
     if (!result && output->file >= 0)

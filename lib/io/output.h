@@ -25,5 +25,8 @@ int pv_output_failed(const pv_output *output);
  * `result`, or else the first error of writing. */
 pave_result pv_output_close(pv_output *output, pave_result result);
 
+/* The same, after the first bytes of the file have been written over. */
+pave_result pv_output_close_head(pv_output *output, pave_result result, const void *head, size_t size);
+
 /* What an errno means, in English in every locale. */
 const char *pv_system_error(int error);

@@ -105,6 +105,10 @@ static void put_measure(pv_json *json, const pave_measure *measure)
 static void put_origin(pv_json *json, const pave_stones *stones)
 {
     pv_json_string(json, "pave", pave_version());
+    pv_json_object(json, "plane");
+    pv_json_whole(json, "width", stones->plane_width);
+    pv_json_whole(json, "height", stones->plane_height);
+    pv_json_close(json);
     pv_json_object(json, "window");
     pv_json_whole(json, "x", stones->x);
     pv_json_whole(json, "y", stones->y);
@@ -139,17 +143,15 @@ pave_result pv_report_write(pave_context *context, const pave_stones *stones, co
 {
     pv_json json;
     pv_output *output;
-    pave_measure measure = { .size = sizeof measure };
-    pave_result result = pave_stones_measure(context, stones, &measure);
-    if (!result)
-        result = pv_output_open(context, path, 0, &output);
+    const pave_measure *measure = &stones->measure;
+    pave_result result = pv_output_open(context, path, 0, &output);
     if (result)
         return result;
     pv_json_begin(&json, put, output);
     pv_json_object(&json, NULL);
     put_origin(&json, stones);
-    put_measure(&json, &measure);
-    put_seconds_and_versions(&json, &measure);
+    put_measure(&json, measure);
+    put_seconds_and_versions(&json, measure);
     pv_json_close(&json);
     return pv_output_close(output, PAVE_OK);
 }

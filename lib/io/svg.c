@@ -3,7 +3,6 @@
 #include "io/palette.h"
 #include "io/pavement.h"
 
-#include <math.h>
 #include <stdio.h>
 
 static void put_colour(pv_output *output, pv_colour colour)
@@ -26,17 +25,17 @@ static void put_head(pv_output *output, const pave_stones *stones)
     pv_output_text(output, "\"/>\n");
 }
 
-static void put_stone(pv_output *output, const pave_stones *stones, int32_t stone)
+static void put_stone(pv_output *output, const pv_stone *stone)
 {
     pv_output_text(output, "<polygon id=\"s");
-    pv_output_whole(output, stones->sites[stone]);
+    pv_output_whole(output, stone->number);
     pv_output_text(output, "\" points=\"");
-    for (int64_t i = stones->starts[stone]; i < stones->starts[stone + 1]; i++) {
-        if (i > stones->starts[stone])
+    for (int32_t i = 0; i < stone->corners; i++) {
+        if (i)
             pv_output_text(output, " ");
-        pv_output_thousandths(output, llround(stones->vertices[2 * i] * 1000));
+        pv_output_thousandths(output, stone->xy[2 * i]);
         pv_output_text(output, ",");
-        pv_output_thousandths(output, llround(stones->vertices[2 * i + 1] * 1000));
+        pv_output_thousandths(output, stone->xy[2 * i + 1]);
     }
     pv_output_text(output, "\"/>\n");
 }
@@ -52,35 +51,38 @@ static void put_group_head(pv_output *output, int32_t value)
     pv_output_text(output, "\">\n");
 }
 
-static pave_result put_group(pave_context *context, pv_output *output, const pave_stones *stones, int32_t value,
-                             int64_t *done)
+/* One pass over the pile for each colour: nothing is kept. */
+static pave_result put_group(pave_context *context, pv_output *output, pv_pile *pile, int32_t value, double *done)
 {
     pave_result result = PAVE_OK;
+    pv_stone stone;
     put_group_head(output, value);
-    for (int32_t i = 0; i < stones->count && !result; i++) {
-        if (stones->colours[i] != value)
+    pile->rewind(pile);
+    for (int64_t seen = 0; !result; seen++) {
+        result = pile->next(context, pile, &stone);
+        if (result || !stone.corners)
+            break;
+        if (stone.colour != value)
             continue;
-        put_stone(output, stones, i);
-        if (++*done % 4096 == 0)
-            result = pv_progress(context, (double)*done / stones->count);
+        put_stone(output, &stone);
+        if ((int64_t)(*done += 1) % 4096 == 0)
+            result = pv_progress(context, *done / pile->head.count);
     }
     pv_output_text(output, "</g>\n");
     return result;
 }
 
-pave_result pv_svg_write(pave_context *context, const pave_stones *stones, const char *path)
+pave_result pv_svg_write(pave_context *context, pv_pile *pile, const char *path)
 {
     pv_output *output;
     pave_result result = pv_output_open(context, path, 0, &output);
+    double done = 0;
     if (result)
         return result;
-    int64_t counts[256] = { 0 }, done = 0;
-    for (int32_t i = 0; i < stones->count; i++)
-        counts[stones->colours[i]]++;
-    put_head(output, stones);
+    put_head(output, &pile->head);
     for (int32_t value = 0; value < 256 && !result; value++)
-        if (counts[value])
-            result = put_group(context, output, stones, value, &done);
+        if (pile->counts[value])
+            result = put_group(context, output, pile, value, &done);
     pv_output_text(output, "</svg>\n");
     return pv_output_close(output, result);
 }

@@ -114,6 +114,8 @@ pave_result pave_stones_create(pave_context *context, const pave_image *drawing,
         return result;
     stones->x = cvd->window.x;
     stones->y = cvd->window.y;
+    stones->plane_width = cvd->place.width;
+    stones->plane_height = cvd->place.height;
     stones->width = cvd->window.width;
     stones->height = cvd->window.height;
     stones->measure.size = sizeof stones->measure;

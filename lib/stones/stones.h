@@ -9,6 +9,7 @@ extern const pv_table pv_stones_table;
 
 struct pave_stones {
     int32_t x, y, width, height; /* of the window */
+    int32_t plane_width, plane_height;
     int32_t count;
     int64_t *starts;
     double *vertices;

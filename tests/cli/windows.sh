@@ -15,7 +15,7 @@ polygons() { grep -h '<polygon' "$@" | LC_ALL=C sort; }
 compare() {
   columns=$1 rows=$2
   shift 2
-  rm -f "$work"/part-*.svg
+  rm -f "$work"/part-*
   "$pave" lay "$drawing" --quiet "$@" -o "$work/whole.svg"
   row=0
   while [ $row -lt "$rows" ]; do
@@ -24,7 +24,7 @@ compare() {
       left=$((width * column / columns)) right=$((width * (column + 1) / columns))
       top=$((height * row / rows)) bottom=$((height * (row + 1) / rows))
       "$pave" lay "$drawing" --quiet "$@" --window $left,$top,$((right - left)),$((bottom - top)) \
-        -o "$work/part-$column-$row.svg"
+        -o "$work/part-$column-$row.svg" -o "$work/part-$column-$row.stones"
       column=$((column + 1))
     done
     row=$((row + 1))
@@ -37,6 +37,10 @@ compare() {
     echo "$columns x $rows windows, $*: differ" >&2
     failed=1
   fi
+  "$pave" merge "$work"/part-*.stones --quiet -o "$work/merged.svg" -o "$work/merged.stones"
+  "$pave" merge "$work/merged.stones" --quiet -o "$work/again.svg"
+  cmp "$work/whole.svg" "$work/merged.svg" && cmp "$work/whole.svg" "$work/again.svg" ||
+    { echo "$columns x $rows windows, $*: merged, they differ" >&2; failed=1; }
 }
 
 compare 2 2 --half-side 4
@@ -46,6 +50,27 @@ compare 2 2 --half-side 2.5 --iterations 5 --metric euclid --seed 9 --threads 7 
 if "$pave" info | grep -q '^vulkan-compute *[^n]'; then
   compare 3 2 --half-side 2 --iterations 4 --backend vulkan-compute
 fi
+
+# A merge knows what does not belong together
+spoil() { # spoil STATUS WORDS PART...
+  status=$1 words=$2 code=0
+  shift 2
+  "$pave" merge "$@" -o "$work/x.svg" 2>"$work/err" || code=$?
+  [ $code -eq "$status" ] && grep -q "$words" "$work/err" ||
+    { echo "merge $*: $code, $(cat "$work/err")" >&2; failed=1; }
+  rm -f "$work/x.svg"
+}
+"$pave" lay "$drawing" --half-side 9 --iterations 1 --quiet --window 0,0,100,640 -o "$work/a.stones"
+"$pave" lay "$drawing" --half-side 9 --iterations 1 --quiet --window 50,0,974,640 -o "$work/b.stones"
+"$pave" lay "$drawing" --half-side 9 --iterations 2 --quiet --window 100,0,924,640 -o "$work/c.stones"
+head -c 9000 "$work/a.stones" >"$work/cut.stones"
+spoil 3 "comes twice" "$work/a.stones" "$work/b.stones"
+spoil 3 "belongs to another pavement" "$work/a.stones" "$work/c.stones"
+spoil 3 "size is wrong" "$work/cut.stones"
+spoil 3 "is not a file of stones" "$drawing"
+spoil 3 "No such file" "$work/missing.stones"
+"$pave" lay "$drawing" --half-side 9 --iterations 1 --quiet --window 200,0,100,640 -o "$work/d.stones"
+spoil 0 "some are missing" "$work/a.stones" "$work/d.stones"
 
 refuse() {
   code=0

@@ -1,0 +1,283 @@
+/* Piles of stones in files: the windows of one pavement, merged by the stones' numbers. */
+#include "io/output.h"
+#include "io/pile.h"
+#include "io/stonefile.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <math.h>
+#include <stddef.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { LONGEST = PV_STONE_RECORD + 8 * PV_STONE_CORNERS, CHUNK = 64 * 1024 };
+
+/* A file as it is read, chunk by chunk. */
+typedef struct merge_part {
+    const char *path;
+    int64_t bytes; /* of its records */
+    int64_t read;  /* of them, into the chunk or before */
+    int32_t begin, end; /* what the chunk still holds */
+    int32_t number; /* of the stone at `begin`; INT32_MAX: none is left */
+    uint8_t *chunk;
+} merge_part;
+
+typedef struct merge {
+    int32_t count, last; /* last: number of the stone before */
+    int32_t *heap;       /* parts, the one with the lowest number first */
+    merge_part *parts;
+    uint8_t *chunks;
+    int32_t chunk_size;
+    int32_t xy[2 * PV_STONE_CORNERS];
+} merge;
+
+static pave_result damaged(pave_context *context, const merge_part *p)
+{
+    return pv_fail(context, PAVE_ERR_FORMAT, "%s: is a damaged file of stones", p->path);
+}
+
+/* Fills the chunk up, if there is less than a whole stone in it. */
+static pave_result refill(pave_context *context, const merge *m, merge_part *p)
+{
+    int32_t held = p->end - p->begin;
+    if (held >= LONGEST || p->read == p->bytes)
+        return PAVE_OK;
+    memmove(p->chunk, p->chunk + p->begin, (size_t)held);
+    int64_t left = p->bytes - p->read, room = m->chunk_size - held;
+    int file = open(p->path, O_RDONLY | O_CLOEXEC);
+    ssize_t got = file < 0 ? -1 : pread(file, p->chunk + held, (size_t)(left < room ? left : room),
+                                        PV_STONE_FILE_HEAD + p->read);
+    int error = errno;
+    if (file >= 0)
+        close(file);
+    if (got < 0)
+        return pv_fail(context, PAVE_ERR_IO, "%s: cannot be read: %s", p->path, pv_system_error(error));
+    if (!got)
+        return damaged(context, p);
+    p->read += got;
+    p->begin = 0;
+    p->end = held + (int32_t)got;
+    return PAVE_OK;
+}
+
+static int32_t corners_at(const merge_part *p)
+{
+    uint16_t corners;
+    memcpy(&corners, p->chunk + p->begin + 6, sizeof corners);
+    return corners;
+}
+
+/* Looks at the part's next stone. */
+static pave_result look(pave_context *context, const merge *m, merge_part *p)
+{
+    pave_result result = refill(context, m, p);
+    if (result)
+        return result;
+    p->number = INT32_MAX;
+    if (p->begin == p->end)
+        return PAVE_OK;
+    if (p->end - p->begin < PV_STONE_RECORD || corners_at(p) < 3 || corners_at(p) > PV_STONE_CORNERS ||
+        p->end - p->begin < PV_STONE_RECORD + 8 * corners_at(p))
+        return damaged(context, p);
+    memcpy(&p->number, p->chunk + p->begin, sizeof p->number);
+    return p->number < 0 || p->number == INT32_MAX ? damaged(context, p) : PAVE_OK;
+}
+
+static void sink(merge *m, int32_t at)
+{
+    int32_t moving = m->heap[at];
+    for (int32_t child; (child = 2 * at + 1) < m->count; at = child) {
+        if (child + 1 < m->count && m->parts[m->heap[child + 1]].number < m->parts[m->heap[child]].number)
+            child++;
+        if (m->parts[m->heap[child]].number >= m->parts[moving].number)
+            break;
+        m->heap[at] = m->heap[child];
+    }
+    m->heap[at] = moving;
+}
+
+static pave_result merge_start(pave_context *context, merge *m)
+{
+    pave_result result = PAVE_OK;
+    for (int32_t i = 0; i < m->count && !result; i++) {
+        m->heap[i] = i;
+        result = look(context, m, &m->parts[i]);
+    }
+    for (int32_t i = m->count / 2; i-- > 0 && !result;)
+        sink(m, i);
+    m->last = -1;
+    return result;
+}
+
+static pave_result merge_next(pave_context *context, pv_pile *pile, pv_stone *out)
+{
+    merge *m = pile->source;
+    pave_result result = m->last == -2 ? merge_start(context, m) : PAVE_OK;
+    merge_part *p = &m->parts[m->heap[0]];
+    *out = (pv_stone){ 0, 0, 0, m->xy };
+    if (result || p->number == INT32_MAX)
+        return result;
+    if (p->number <= m->last)
+        return pv_fail(context, PAVE_ERR_FORMAT, "%s: stone %d comes twice", p->path, (int)p->number);
+    out->number = m->last = p->number;
+    out->colour = p->chunk[p->begin + 4];
+    out->corners = corners_at(p);
+    memcpy(m->xy, p->chunk + p->begin + PV_STONE_RECORD, 8 * (size_t)out->corners);
+    p->begin += PV_STONE_RECORD + 8 * out->corners;
+    result = look(context, m, p);
+    sink(m, 0);
+    return result;
+}
+
+static void merge_rewind(pv_pile *pile)
+{
+    merge *m = pile->source;
+    m->last = -2; /* begins with the next stone */
+    for (int32_t i = 0; i < m->count; i++)
+        m->parts[i].read = m->parts[i].begin = m->parts[i].end = 0;
+}
+
+static void merge_close(pv_pile *pile)
+{
+    merge *m = pile->source;
+    if (!m)
+        return;
+    pv_release(m->heap);
+    pv_release(m->parts);
+    pv_release(m->chunks);
+    pv_release(m);
+}
+
+static pave_result merge_create(pave_context *context, int32_t count, merge **out)
+{
+    pave_result result = PAVE_OK;
+    merge *m = *out = pv_allocate_zeroed(context, 1, sizeof *m, &result);
+    if (!m)
+        return result;
+    m->count = count;
+    m->chunk_size = count > 256 ? 4 * LONGEST : CHUNK;
+    m->heap = pv_allocate(context, (size_t)count, sizeof *m->heap, &result);
+    if (!result)
+        m->parts = pv_allocate_zeroed(context, (size_t)count, sizeof *m->parts, &result);
+    if (!result)
+        m->chunks = pv_allocate(context, (size_t)count, (size_t)m->chunk_size, &result);
+    return result;
+}
+
+/* The window that holds both. */
+static void unite(pave_stones *head, const pv_stone_file_head *part)
+{
+    int32_t right = head->x + head->width, bottom = head->y + head->height;
+    int32_t part_right = part->x + part->width, part_bottom = part->y + part->height;
+    head->x = part->x < head->x ? part->x : head->x;
+    head->y = part->y < head->y ? part->y : head->y;
+    head->width = (part_right > right ? part_right : right) - head->x;
+    head->height = (part_bottom > bottom ? part_bottom : bottom) - head->y;
+}
+
+static void add_counts(int64_t *sum, const int64_t *counts, int32_t n)
+{
+    for (int32_t i = 0; i < n; i++)
+        sum[i] += counts[i];
+}
+
+/* Adds a part's measure; areas are kept as sums until all are there. */
+static void add_measure(pave_measure *sum, const pave_measure *part)
+{
+    double n = part->stones, mean = part->area_mean, deviation = part->area_deviation;
+    sum->sites += part->sites;
+    sum->stones += part->stones;
+    sum->lost += part->lost;
+    sum->repaired += part->repaired;
+    add_counts(sum->corners_before, part->corners_before, PAVE_MEASURE_BINS);
+    add_counts(sum->corners_after, part->corners_after, PAVE_MEASURE_BINS);
+    add_counts(sum->areas, part->areas, PAVE_MEASURE_BINS);
+    sum->area_mean += n * mean;
+    sum->area_deviation += n * (mean * mean + deviation * deviation);
+    sum->seconds_field += part->seconds_field;
+    sum->seconds_cvd += part->seconds_cvd;
+    sum->seconds_stones += part->seconds_stones;
+}
+
+static void finish_measure(pave_stones *head)
+{
+    pave_measure *m = &head->measure;
+    double n = m->stones ? m->stones : 1, area = m->area_mean, mean = area / n;
+    double variance = m->area_deviation / n - mean * mean;
+    m->area_mean = mean;
+    m->area_deviation = variance > 0 ? sqrt(variance) : 0;
+    m->coverage = area / ((double)head->width * head->height);
+}
+
+static void begin_head(pave_stones *head, const pv_stone_file_head *part)
+{
+    head->x = part->x;
+    head->y = part->y;
+    head->width = part->width;
+    head->height = part->height;
+    head->plane_width = part->plane_width;
+    head->plane_height = part->plane_height;
+    head->measure.size = sizeof head->measure;
+    head->measure.area_step = part->measure.area_step;
+    head->measure.half_side = part->measure.half_side;
+    head->cvd = part->cvd;
+    memset(head->cvd.window, 0, sizeof head->cvd.window);
+    head->params = part->stones;
+    head->field = part->field;
+    head->threshold = part->threshold;
+    head->backend = part->backend;
+    memcpy(head->backend_name, part->backend_name, sizeof head->backend_name);
+}
+
+/* Everything that stones follow from, but for the window, must be the same. */
+static int same_pavement(const pave_stones *head, const pv_stone_file_head *part)
+{
+    return head->plane_width == part->plane_width && head->plane_height == part->plane_height &&
+           !memcmp(&head->cvd, &part->cvd, offsetof(pave_cvd_params, window)) &&
+           !memcmp(&head->params, &part->stones, sizeof head->params) &&
+           !memcmp(&head->field, &part->field, sizeof head->field) &&
+           !memcmp(&head->threshold, &part->threshold, sizeof head->threshold);
+}
+
+static pave_result add_part(pave_context *context, const char *path, int32_t i, pv_pile *pile, double *area)
+{
+    merge *m = pile->source;
+    pv_stone_file_head head;
+    pave_result result = pv_stones_file_head(context, path, &head);
+    if (result)
+        return result;
+    if (!i)
+        begin_head(&pile->head, &head);
+    if (!same_pavement(&pile->head, &head))
+        return pv_fail(context, PAVE_ERR_FORMAT, "%s: belongs to another pavement", path);
+    unite(&pile->head, &head);
+    add_measure(&pile->head.measure, &head.measure);
+    add_counts(pile->counts, head.counts, 256);
+    *area += (double)head.width * head.height;
+    pile->head.count += head.count;
+    m->parts[i].path = path;
+    m->parts[i].bytes = head.bytes;
+    m->parts[i].chunk = m->chunks + (size_t)i * (size_t)m->chunk_size;
+    return PAVE_OK;
+}
+
+pave_result pv_pile_open(pave_context *context, const char *const *paths, int32_t count, pv_pile *out)
+{
+    merge *m;
+    double area = 0;
+    *out = (pv_pile){ .next = merge_next, .rewind = merge_rewind, .close = merge_close };
+    pave_result result = merge_create(context, count, &m);
+    out->source = m;
+    for (int32_t i = 0; i < count && !result; i++)
+        result = add_part(context, paths[i], i, out, &area);
+    if (!result) {
+        finish_measure(&out->head);
+        merge_rewind(out);
+        if (area < (double)out->head.width * out->head.height)
+            pv_note(context, PAVE_MESSAGE_WARNING, "the windows do not fill %d x %d px: some are missing",
+                    (int)out->head.width, (int)out->head.height);
+    } else {
+        merge_close(out);
+    }
+    return result;
+}

@@ -1,0 +1,127 @@
+/* Stones to a binary file, and its head back. */
+#include "io/stonefile.h"
+
+#include "io/output.h"
+#include "io/pile.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+_Static_assert(sizeof(pv_stone_file_head) <= PV_STONE_FILE_HEAD, "the head has outgrown its place");
+
+static void set_sizes(int32_t *sizes)
+{
+    sizes[0] = sizeof(pv_stone_file_head);
+    sizes[1] = sizeof(pave_measure);
+    sizes[2] = sizeof(pave_cvd_params);
+    sizes[3] = sizeof(pave_stones_params);
+    sizes[4] = sizeof(pave_threshold_params);
+}
+
+static void fill_head(const pv_pile *pile, int64_t bytes, pv_stone_file_head *head)
+{
+    const pave_stones *s = &pile->head;
+    memset(head, 0, sizeof *head);
+    memcpy(head->magic, PV_STONE_FILE_MAGIC, sizeof head->magic);
+    head->mark = 0x01020304;
+    set_sizes(head->sizes);
+    head->x = s->x;
+    head->y = s->y;
+    head->width = s->width;
+    head->height = s->height;
+    head->plane_width = s->plane_width;
+    head->plane_height = s->plane_height;
+    head->count = s->count;
+    head->bytes = bytes;
+    memcpy(head->counts, pile->counts, sizeof head->counts);
+    head->measure = s->measure;
+    head->cvd = s->cvd;
+    head->stones = s->params;
+    head->field = s->field;
+    head->threshold = s->threshold;
+    head->backend = s->backend;
+    memcpy(head->backend_name, s->backend_name, sizeof head->backend_name);
+}
+
+static void put_stone(pv_output *output, const pv_stone *stone)
+{
+    uint8_t record[PV_STONE_RECORD] = { 0 };
+    uint16_t corners = (uint16_t)stone->corners;
+    memcpy(record, &stone->number, 4);
+    record[4] = stone->colour;
+    memcpy(record + 6, &corners, 2);
+    pv_output_bytes(output, record, sizeof record);
+    pv_output_bytes(output, stone->xy, (size_t)stone->corners * 2 * sizeof(int32_t));
+}
+
+static pave_result put_stones(pave_context *context, pv_pile *pile, pv_output *output, int64_t *bytes)
+{
+    static const char nothing[PV_STONE_FILE_HEAD];
+    pv_stone stone;
+    pave_result result = PAVE_OK;
+    pv_output_bytes(output, nothing, sizeof nothing);
+    pile->rewind(pile);
+    for (int64_t done = 0; !result; done++) {
+        result = pile->next(context, pile, &stone);
+        if (result || !stone.corners)
+            break;
+        put_stone(output, &stone);
+        *bytes += PV_STONE_RECORD + (int64_t)stone.corners * 8;
+        if (done % 4096 == 0)
+            result = pv_progress(context, (double)done / pile->head.count);
+    }
+    return result;
+}
+
+pave_result pv_stones_file_write(pave_context *context, pv_pile *pile, const char *path)
+{
+    pv_output *output;
+    pv_stone_file_head head;
+    int64_t bytes = 0;
+    pave_result result = pv_output_open(context, path, 1, &output);
+    if (result)
+        return result;
+    result = put_stones(context, pile, output, &bytes);
+    fill_head(pile, bytes, &head);
+    return pv_output_close_head(output, result, &head, sizeof head);
+}
+
+static pave_result unreadable(pave_context *context, const char *path, int error)
+{
+    return pv_fail(context, PAVE_ERR_IO, "%s: cannot be read: %s", path, pv_system_error(error));
+}
+
+static pave_result check_head(pave_context *context, const char *path, const pv_stone_file_head *head, int64_t size)
+{
+    int32_t sizes[5];
+    set_sizes(sizes);
+    if (memcmp(head->magic, PV_STONE_FILE_MAGIC, sizeof head->magic))
+        return pv_fail(context, PAVE_ERR_FORMAT, "%s: is not a file of stones", path);
+    if (head->mark != 0x01020304 || memcmp(head->sizes, sizes, sizeof sizes))
+        return pv_fail(context, PAVE_ERR_FORMAT, "%s: was written by another version of libpave", path);
+    if (size != PV_STONE_FILE_HEAD + head->bytes || head->count < 0 || head->width < 1 || head->height < 1 ||
+        head->bytes < head->count * (int64_t)PV_STONE_RECORD)
+        return pv_fail(context, PAVE_ERR_FORMAT, "%s: is a damaged file of stones: its size is wrong", path);
+    return PAVE_OK;
+}
+
+pave_result pv_stones_file_head(pave_context *context, const char *path, pv_stone_file_head *head)
+{
+    struct stat info;
+    int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (file < 0)
+        return unreadable(context, path, errno);
+    pave_result result = PAVE_OK;
+    ssize_t got = pread(file, head, sizeof *head, 0);
+    if (fstat(file, &info) || got < 0)
+        result = unreadable(context, path, errno);
+    else if (got < (ssize_t)sizeof *head || !S_ISREG(info.st_mode))
+        result = pv_fail(context, PAVE_ERR_FORMAT, "%s: is not a file of stones", path);
+    else
+        result = check_head(context, path, head, info.st_size);
+    close(file);
+    return result;
+}
