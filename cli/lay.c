@@ -11,17 +11,26 @@ static int write_outputs(const cli_command *command, pave_context *context, cons
     return exit_code(result, WHILE_WRITING);
 }
 
-static int check_outputs(const cli_command *command)
+static int check_outputs(const cli_command *command, const pave_stream_params *stream)
 {
     for (int i = 0; i < command->output_count; i++)
         if (!pave_stones_format(command->output[i])) {
             complain(command, "%s: an output ends in .svg, .png, .json or .stones", command->output[i]);
             return EXIT_USAGE;
         }
-    if (command->output_count || command->wants_json)
+    if (command->output_count || (command->wants_json && !stream->memory))
         return EXIT_FINE;
     complain(command, "where to? give -o FILE or --json");
     return EXIT_USAGE;
+}
+
+/* Window after window, for drawings and pavements beyond memory. */
+static int run_stream(const cli_command *command, pave_context *context, const pave_lay_params *params,
+                      const pave_stream_params *stream)
+{
+    pave_result result = pave_lay_file(context, command->input[0], params, stream, command->output,
+                                       command->output_count);
+    return exit_code(result, WHILE_WORKING);
 }
 
 static int run(const cli_command *command, pave_context *context, const pave_lay_params *params)
@@ -46,13 +55,15 @@ int lay_main(int argc, char **argv)
     pave_field_params field = PAVE_FIELD_PARAMS_INIT;
     pave_cvd_params cvd = PAVE_CVD_PARAMS_INIT;
     pave_stones_params stones = PAVE_STONES_PARAMS_INIT;
+    pave_stream_params stream = PAVE_STREAM_PARAMS_INIT;
     pave_limits limits = PAVE_LIMITS_INIT;
     pave_context_params params = PAVE_CONTEXT_PARAMS_INIT;
     pave_lay_params lay = { sizeof lay, &threshold, &field, &cvd, &stones };
     const cli_group groups[] = {
         { "Stones", PAVE_PARAMS_STONES, &stones },       { "Diagram", PAVE_PARAMS_CVD, &cvd },
         { "Distance field", PAVE_PARAMS_FIELD, &field }, { "Drawing", PAVE_PARAMS_THRESHOLD, &threshold },
-        { "Machine", PAVE_PARAMS_CONTEXT, &params },     { "Limits", PAVE_PARAMS_LIMITS, &limits },
+        { "Machine", PAVE_PARAMS_CONTEXT, &params },     { "Size", PAVE_PARAMS_STREAM, &stream },
+        { "Limits", PAVE_PARAMS_LIMITS, &limits },
     };
     cli_command command = {
         .verb = "lay",
@@ -66,15 +77,18 @@ int lay_main(int argc, char **argv)
         .group_count = sizeof groups / sizeof *groups,
     };
     params.limits = &limits;
+    limits.max_pixels = 0; /* not given */
     int status = read_command(&command, argc, argv);
     if (!status)
-        status = check_outputs(&command);
+        status = check_outputs(&command, &stream);
     if (status)
         return status < 0 ? EXIT_FINE : status;
+    if (!limits.max_pixels)
+        limits.max_pixels = stream.memory ? (int64_t)1 << 40 : (int64_t)1 << 28;
     pave_context *context = start(&command, &params);
     if (!context)
         return EXIT_USAGE;
-    status = run(&command, context, &lay);
+    status = stream.memory ? run_stream(&command, context, &lay, &stream) : run(&command, context, &lay);
     finish(&context);
     return status;
 }

@@ -2,10 +2,12 @@
 #include "base/params.h"
 #include "cvd/cvd.h"
 #include "field/field.h"
-#include "image/image.h"
+#include "image/bitmap.h"
 #include "stones/stones.h"
 
 #include <pave/pave.h>
+
+extern const pv_table pv_stream_table; /* stream.c */
 
 static const pave_lay_params default_params = PAVE_LAY_PARAMS_INIT;
 
@@ -24,6 +26,7 @@ static const pv_table *find_table(int32_t table)
     case PAVE_PARAMS_FIELD: return &pv_field_table;
     case PAVE_PARAMS_CVD: return &pv_cvd_table;
     case PAVE_PARAMS_STONES: return &pv_stones_table;
+    case PAVE_PARAMS_STREAM: return &pv_stream_table;
     default: return NULL;
     }
 }
@@ -76,6 +79,19 @@ static pave_result make_diagram(pave_context *context, const pave_lay_params *pa
     return result;
 }
 
+/* So that a merge can tell windows of different drawings. */
+static pave_result hash_drawing(pave_context *context, lay_work *work)
+{
+    pv_bitmap bitmap;
+    pave_result result = pv_bitmap_create(context, work->drawing->width, work->drawing->height, &bitmap);
+    if (result)
+        return result;
+    pv_bitmap_store(&bitmap, 0, work->drawing);
+    work->stones->drawing = pv_bitmap_hash(&bitmap);
+    pv_bitmap_free(&bitmap);
+    return PAVE_OK;
+}
+
 /* The shares of progress are about those of the time. */
 static pave_result run_stages(pave_context *context, const pave_image *image, const pave_lay_params *params,
                               lay_work *work)
@@ -102,7 +118,9 @@ static pave_result run_stages(pave_context *context, const pave_image *image, co
     measure->seconds_field = after_field - start;
     measure->seconds_cvd = after_cvd - after_field;
     measure->seconds_stones = pv_seconds() - after_cvd;
-    return pv_params_read(context, &pv_threshold_table, params->threshold, &work->stones->threshold);
+    if (work->stones->width != work->stones->plane_width || work->stones->height != work->stones->plane_height)
+        result = hash_drawing(context, work);
+    return result ? result : pv_params_read(context, &pv_threshold_table, params->threshold, &work->stones->threshold);
 }
 
 pave_result pave_lay(pave_context *context, const pave_image *image, const pave_lay_params *given,

@@ -16,7 +16,8 @@ enum {
     PAVE_PARAMS_THRESHOLD = 3, /* pave_threshold_params */
     PAVE_PARAMS_FIELD = 4,     /* pave_field_params */
     PAVE_PARAMS_CVD = 5,       /* pave_cvd_params */
-    PAVE_PARAMS_STONES = 6     /* pave_stones_params */
+    PAVE_PARAMS_STONES = 6,    /* pave_stones_params */
+    PAVE_PARAMS_STREAM = 7     /* pave_stream_params */
 };
 
 /* How a field is stored. */

@@ -32,6 +32,24 @@ PAVE_API void pave_lay_params_init(pave_lay_params *params, size_t size);
 PAVE_API pave_result pave_lay(pave_context *context, const pave_image *image, const pave_lay_params *params,
                               pave_stones **out);
 
+/* How a pavement is laid that is too large for memory: window after window. */
+typedef struct pave_stream_params {
+    size_t size;
+    int64_t memory;     /* bytes that the whole process may take, so far as it is up to this call; 0: 1 GiB */
+    const char *folder; /* where finished windows are kept until all are there; NULL: the first output + ".parts" */
+} pave_stream_params;
+
+#define PAVE_STREAM_PARAMS_INIT { sizeof(pave_stream_params), 0, NULL }
+
+PAVE_API void pave_stream_params_init(pave_stream_params *params, size_t size);
+
+/* From file to files, any size: the drawing is kept with one bit a pixel, windows are laid one after the other and
+ * merged at the end into the same bytes as from pave_lay at once. What was finished stays in the folder until then: a
+ * job that was ended begins where it was. The outputs may be .svg, .json or .stones. Of the limits, max_pixels holds
+ * for the drawing; raise it for large ones. */
+PAVE_API pave_result pave_lay_file(pave_context *context, const char *drawing, const pave_lay_params *params,
+                                   const pave_stream_params *stream, const char *const *outputs, int32_t count);
+
 /* A graphics device or processor that a backend can run on. */
 typedef struct pave_device {
     size_t size;

@@ -177,6 +177,8 @@ static int parse_value(const pv_param *row, const char *text, double *value, uin
         return parse_flag(text, value);
     if (row->type == PAVE_PARAM_SEED)
         return *value = 0, pv_parse_whole(text, whole);
+    if (row->type == PAVE_PARAM_LONG && !strcmp(row->unit, "bytes"))
+        return pv_parse_bytes(text, value);
     if (!pv_parse_number(text, value))
         return 0;
     return row->type == PAVE_PARAM_REAL || (in_range(row, *value) && *value == (double)(int64_t)*value);

@@ -33,6 +33,8 @@ void pave_cvd_params_init(pave_cvd_params *params, size_t size)
     pv_params_init(&pv_cvd_table, params, size);
 }
 
+enum { FIELD_ROUNDING = 512 };
+
 static int32_t fixed(double v)
 {
     return (int32_t)floor(256 * v + 0.5);
@@ -143,7 +145,6 @@ static pave_result relax(pave_context *context, const pv_backend *backend, void 
     int32_t steps = cvd->params.iterations;
     double share = 1.0 / (steps + 1);
     pave_result result = PAVE_OK;
-    cvd->exact = 0;
     for (int32_t i = 0; i < steps && !result; i++) {
         pv_step step = { 0, 0, 0 };
         result = backend->step(context, engine, i, i * share, (i + 1) * share, &step);
@@ -159,6 +160,7 @@ static pave_result relax(pave_context *context, const pv_backend *backend, void 
 static pave_result run_on(pave_context *context, const pv_backend *backend, const pv_plane *plane, pave_cvd *cvd)
 {
     void *engine = NULL;
+    cvd->exact = plane->push_within + FIELD_ROUNDING; /* what lies beyond the field cannot be nearer than that */
     pave_result result = backend->open(context, plane, &engine, cvd->backend_name);
     if (!result)
         result = relax(context, backend, engine, plane, cvd);
@@ -282,8 +284,9 @@ static pave_result copy_window(pave_context *context, pave_cvd *cvd)
     return result;
 }
 
-/* A region that holds the window and all that can tell on it; a larger one if it turns out to be too small. */
-static pave_result make(pave_context *context, const pave_field *field, pave_cvd *cvd)
+/* A region that holds the window and all that can tell on it; a larger one if it turns out to be too small. Without
+ * labels, and with *needed, if there is not enough of the field. */
+static pave_result make(pave_context *context, const pave_field *field, int32_t *needed, pave_cvd *cvd)
 {
     pv_rect bounds = { field->place.x, field->place.y, field->width, field->height };
     int32_t wanted = (int32_t)ceil(fmin(cvd->params.window_margin * cvd->params.half_side, 1 << 20));
@@ -293,35 +296,48 @@ static pave_result make(pave_context *context, const pave_field *field, pave_cvd
         pave_result result = make_region(context, field, region, cvd);
         if (result)
             return result;
-        int32_t room = pv_rect_room(cvd->window, region, &cvd->place), needed = wanted + (cvd->exact >> 8) + 1;
-        if (cvd->site_count && room >= needed)
+        int32_t room = pv_rect_room(cvd->window, region, &cvd->place), least = wanted + (cvd->exact >> 8) + 1;
+        if (cvd->site_count && room >= least)
             return copy_window(context, cvd);
-        if (region.width == bounds.width && region.height == bounds.height)
-            return pv_fail(context, PAVE_ERR_LIMIT, "the window needs %d px of the drawing around it", (int)needed);
         drop_region(cvd);
-        margin = (needed > margin ? needed : margin) + margin / 4 + 1;
+        margin = (least > margin ? least : margin) + margin / 4 + 1;
+        if (region.width == bounds.width && region.height == bounds.height) {
+            *needed = margin;
+            return PAVE_OK;
+        }
     }
 }
 
-pave_result pave_cvd_create(pave_context *context, const pave_field *field, const pave_cvd_params *given,
-                            pave_cvd **out)
+pave_result pv_cvd_create(pave_context *context, const pave_field *field, const pave_cvd_params *given,
+                          int32_t *needed, pave_cvd **out)
 {
-    if (out)
-        *out = NULL;
-    if (!context || !field || !out)
-        return PAVE_ERR_ARGUMENT;
     pave_result result;
+    *needed = 0;
     pave_cvd *cvd = pv_allocate_zeroed(context, 1, sizeof *cvd, &result);
     if (!cvd)
         return result;
     result = read_params(context, given, field, cvd);
     pv_call call = pv_call_begin(context, "diagram", 0, 1);
     if (!result)
-        result = make(context, field, cvd);
+        result = make(context, field, needed, cvd);
     pv_call_end(context, call);
-    if (result)
+    if (result || *needed)
         pave_cvd_free(&cvd);
     *out = cvd;
+    return result;
+}
+
+pave_result pave_cvd_create(pave_context *context, const pave_field *field, const pave_cvd_params *given,
+                            pave_cvd **out)
+{
+    int32_t needed;
+    if (out)
+        *out = NULL;
+    if (!context || !field || !out)
+        return PAVE_ERR_ARGUMENT;
+    pave_result result = pv_cvd_create(context, field, given, &needed, out);
+    if (!result && !*out)
+        return pv_fail(context, PAVE_ERR_LIMIT, "the window needs %d px of the drawing around it", (int)needed);
     return result;
 }
 

@@ -29,6 +29,11 @@ struct pave_cvd {
     char backend_name[128];
 };
 
+/* pave_cvd_create on a field that may end too near to the window: then *out is NULL, and *needed tells how far around
+ * the window it should reach, px. */
+pave_result pv_cvd_create(pave_context *context, const pave_field *field, const pave_cvd_params *given,
+                          int32_t *needed, pave_cvd **out);
+
 /* First sites of a region, in its own coordinates. The arrays are the caller's to release, also on failure. */
 typedef struct pv_seeds {
     pave_site *sites;

@@ -1,6 +1,7 @@
 /* Files in and out: which format, and who does it. */
 #include <pave/io.h>
 
+#include "io/drawing.h"
 #include "io/exr.h"
 #include "io/output.h"
 #include "io/pavement.h"
@@ -50,25 +51,56 @@ static pave_result read_whole(pave_context *context, const char *path, int file,
     return PAVE_OK;
 }
 
-static pave_result read_raster(pave_context *context, const char *path, int file, int64_t size, pave_image **out)
+/* What a file is read as: an image, or else a drawing. */
+typedef struct reading {
+    pave_image **image;
+    const pave_threshold_params *threshold;
+    pv_bitmap *drawing;
+} reading;
+
+static pave_result read_raster(pave_context *context, const char *path, int file, int64_t size, const reading *as)
 {
     pave_result result = PAVE_OK;
     uint8_t *bytes = pv_allocate(context, (size_t)size, 1, &result);
     if (!result)
         result = read_whole(context, path, file, (size_t)size, bytes);
     if (!result)
-        result = pv_raster_read(context, path, bytes, (size_t)size, out);
+        result = as->image ? pv_raster_read(context, path, bytes, (size_t)size, as->image)
+                           : pv_raster_read_drawing(context, path, bytes, (size_t)size, as->threshold, as->drawing);
     pv_release(bytes);
     return result;
 }
 
-static pave_result read_file(pave_context *context, const char *path, int file, int64_t size, pave_image **out)
+static pave_result read_exr(pave_context *context, const char *path, int file, int64_t size, const reading *as)
 {
+    pave_image *image = NULL, *drawing = NULL;
+    pave_result result = pv_exr_read(context, path, file, size, as->image ? as->image : &image);
+    if (result || as->image)
+        return result;
+    result = pave_image_threshold(context, image, as->threshold, &drawing);
+    pave_image_free(&image);
+    if (!result)
+        result = pv_bitmap_create(context, drawing->width, drawing->height, as->drawing);
+    if (!result)
+        pv_bitmap_store(as->drawing, 0, drawing);
+    pave_image_free(&drawing);
+    return result;
+}
+
+static pave_result read_file(pave_context *context, const char *path, const reading *as)
+{
+    int file;
+    int64_t size = 0;
     uint8_t magic[4] = { 0 };
-    if (pread(file, magic, sizeof magic, 0) < 0)
-        return unreadable(context, path, errno);
-    return !memcmp(magic, "\x76\x2F\x31\x01", 4) ? pv_exr_read(context, path, file, size, out)
-                                                 : read_raster(context, path, file, size, out);
+    pave_result result = open_file(context, path, &file, &size);
+    if (!result && pread(file, magic, sizeof magic, 0) < 0)
+        result = unreadable(context, path, errno);
+    if (!result)
+        result = !memcmp(magic, "\x76\x2F\x31\x01", 4) ? read_exr(context, path, file, size, as)
+                                                        : read_raster(context, path, file, size, as);
+    if (file >= 0)
+        close(file);
+    return result ? result : pv_progress(context, 1);
 }
 
 pave_result pave_image_read(pave_context *context, const char *path, pave_image **out)
@@ -79,18 +111,27 @@ pave_result pave_image_read(pave_context *context, const char *path, pave_image 
         return PAVE_ERR_ARGUMENT;
     if (!path || !out)
         return pv_fail(context, PAVE_ERR_ARGUMENT, "pave_image_read: path or out is NULL");
-    int before = errno, file;
-    int64_t size = 0;
+    int before = errno;
+    reading as = { .image = out };
     pv_call outer = pv_call_begin(context, "read", 0, 1);
-    pave_result result = open_file(context, path, &file, &size);
-    if (!result)
-        result = read_file(context, path, file, size, out);
-    if (!result)
-        result = pv_progress(context, 1);
-    if (file >= 0)
-        close(file);
+    pave_result result = read_file(context, path, &as);
     if (result)
         pave_image_free(out);
+    pv_call_end(context, outer);
+    errno = before;
+    return result;
+}
+
+pave_result pv_drawing_read(pave_context *context, const char *path, const pave_threshold_params *threshold,
+                            pv_bitmap *out)
+{
+    int before = errno;
+    reading as = { .threshold = threshold, .drawing = out };
+    out->bits = NULL;
+    pv_call outer = pv_call_begin(context, "read", 0, 1);
+    pave_result result = read_file(context, path, &as);
+    if (result)
+        pv_bitmap_free(out);
     pv_call_end(context, outer);
     errno = before;
     return result;

@@ -25,13 +25,15 @@ static pave_result refused(pave_context *context, const char *path, pave_result 
                                      : pv_fail(context, result, "%s: the image codec failed: %s", path, text);
 }
 
-static pave_result new_image(pave_context *context, const pv_picture *picture, const pv_encoded *file, pave_image **out)
+/* An image of the picture's kind with `height` rows. */
+static pave_result new_image(pave_context *context, const pv_picture *picture, const pv_encoded *file, int32_t height,
+                             pave_image **out)
 {
     pave_image_params params = PAVE_IMAGE_PARAMS_INIT;
     if (picture->width != file->width || picture->height != file->height)
         return pv_damaged(context, file, file->format, "its decoder sees another size than its header gives");
     params.width = picture->width;
-    params.height = picture->height;
+    params.height = height;
     params.channels = picture->channels;
     params.type = picture->type;
     params.encoding = picture->type == PAVE_U32 ? PAVE_DATA : picture->linear ? PAVE_LINEAR : PAVE_DISPLAY;
@@ -43,57 +45,120 @@ static pave_result new_image(pave_context *context, const pv_picture *picture, c
     return pv_image_new(context, &params, out);
 }
 
-static pave_result read_bands(pave_context *context, const pv_codec *codec, pv_codec_job *job,
-                              const pv_picture *picture, const char *path, pave_image *image)
+/* A file being decoded. */
+typedef struct decoding {
+    pave_context *context;
+    const pv_codec *codec;
+    const pv_encoded *file;
+    pv_codec_job *job;
+    pv_picture picture;
+} decoding;
+
+static int64_t row_bytes(const pv_picture *picture)
 {
-    char text[PV_CODEC_TEXT];
-    int64_t row = (int64_t)image->width * image->channels * (int64_t)pv_type_bytes(image->type);
-    int32_t rows = band_rows(row, picture->rows);
-    for (int32_t y = 0, end; y < image->height; y = end) {
-        end = rows < image->height - y ? y + rows : image->height;
-        pave_result result = codec->read(job, y, end, (char *)image->pixels + row * y, text);
-        if (result)
-            return refused(context, path, result, text);
-        result = pv_progress(context, vetting + (1 - vetting) * end / image->height);
-        if (result)
-            return result;
-    }
-    return PAVE_OK;
+    return (int64_t)picture->width * picture->channels * (int64_t)pv_type_bytes(picture->type);
 }
 
-static pave_result decode(pave_context *context, const pv_codec *codec, const pv_encoded *file, pave_image **out)
+static pave_result read_rows(const decoding *d, int32_t from, int32_t to, void *pixels)
 {
     char text[PV_CODEC_TEXT];
-    pv_picture picture;
-    pv_codec_job *job;
-    pave_result result = codec->decode(file->format, file->bytes, file->size, &picture, &job, text);
+    pave_result result = d->codec->read(d->job, from, to, pixels, text);
     if (result)
-        return refused(context, file->path, result, text);
-    result = new_image(context, &picture, file, out);
-    if (!result)
-        result = read_bands(context, codec, job, &picture, file->path, *out);
-    codec->close(job);
-    if (!result && file->premultiplied)
+        return refused(d->context, d->file->path, result, text);
+    return pv_progress(d->context, vetting + (1 - vetting) * to / d->picture.height);
+}
+
+static pave_result read_image(const decoding *d, pave_image **out)
+{
+    int64_t row = row_bytes(&d->picture);
+    int32_t rows = band_rows(row, d->picture.rows), height = d->picture.height;
+    pave_result result = new_image(d->context, &d->picture, d->file, height, out);
+    for (int32_t y = 0, end; y < height && !result; y = end) {
+        end = rows < height - y ? y + rows : height;
+        result = read_rows(d, y, end, (char *)(*out)->pixels + row * y);
+    }
+    if (!result && d->file->premultiplied)
         pv_unpremultiply(*out);
     if (!result)
-        result = pv_orient(context, out, file->orientation);
+        result = pv_orient(d->context, out, d->file->orientation);
     if (result)
         pave_image_free(out);
     return result;
 }
 
-pave_result pv_raster_read(pave_context *context, const char *path, uint8_t *bytes, size_t size, pave_image **out)
+static pave_result store_band(const decoding *d, int32_t y, pave_image *band, const pave_threshold_params *threshold,
+                              pv_bitmap *out)
+{
+    pave_image *drawing = NULL;
+    if (d->file->premultiplied)
+        pv_unpremultiply(band);
+    pave_result result = pave_image_threshold(d->context, band, threshold, &drawing);
+    if (!result)
+        pv_bitmap_store(out, y, drawing);
+    pave_image_free(&drawing);
+    return result;
+}
+
+/* Only a band at a time is more than a bit a pixel. */
+static pave_result read_bitmap(const decoding *d, const pave_threshold_params *threshold, pv_bitmap *out)
+{
+    int32_t rows = band_rows(row_bytes(&d->picture), d->picture.rows), height = d->picture.height;
+    pave_result result = pv_bitmap_create(d->context, d->picture.width, height, out);
+    for (int32_t y = 0, end; y < height && !result; y = end) {
+        pave_image *band = NULL;
+        end = rows < height - y ? y + rows : height;
+        result = new_image(d->context, &d->picture, d->file, end - y, &band);
+        if (!result)
+            result = read_rows(d, y, end, band->pixels);
+        if (!result)
+            result = store_band(d, y, band, threshold, out);
+        pave_image_free(&band);
+    }
+    if (result)
+        pv_bitmap_free(out);
+    return result;
+}
+
+/* Decodes to an image, or else to a bitmap. */
+static pave_result decode(decoding *d, pave_image **image, const pave_threshold_params *threshold, pv_bitmap *bitmap)
+{
+    char text[PV_CODEC_TEXT];
+    pave_result result = d->codec->decode(d->file->format, d->file->bytes, d->file->size, &d->picture, &d->job, text);
+    if (result)
+        return refused(d->context, d->file->path, result, text);
+    result = image ? read_image(d, image) : read_bitmap(d, threshold, bitmap);
+    d->codec->close(d->job);
+    return result;
+}
+
+static pave_result open_and_decode(pave_context *context, const char *path, uint8_t *bytes, size_t size,
+                                   pave_image **image, const pave_threshold_params *threshold, pv_bitmap *bitmap)
 {
     pv_encoded file = { .path = path, .bytes = bytes, .size = size };
     pv_module module;
     pave_result result = pv_vet(context, &file, vetting);
+    if (!result && !image && file.orientation >= 2 && file.orientation <= 8)
+        result = pv_fail(context, PAVE_ERR_UNSUPPORTED, "%s: lies on its side; turn it upright before it is laid in "
+                         "windows", path);
     if (!result)
         result = pv_module_load(context, path, &module);
     if (result)
         return result;
-    result = decode(context, module.codec, &file, out);
+    decoding d = { .context = context, .codec = module.codec, .file = &file };
+    result = decode(&d, image, threshold, bitmap);
     pv_module_unload(&module);
     return result;
+}
+
+pave_result pv_raster_read(pave_context *context, const char *path, uint8_t *bytes, size_t size, pave_image **out)
+{
+    return open_and_decode(context, path, bytes, size, out, NULL, NULL);
+}
+
+pave_result pv_raster_read_drawing(pave_context *context, const char *path, uint8_t *bytes, size_t size,
+                                   const pave_threshold_params *threshold, pv_bitmap *out)
+{
+    return open_and_decode(context, path, bytes, size, NULL, threshold, out);
 }
 
 struct pv_raster {

@@ -32,6 +32,7 @@ static void fill_head(const pv_pile *pile, int64_t bytes, pv_stone_file_head *he
     head->y = s->y;
     head->width = s->width;
     head->height = s->height;
+    head->drawing = s->drawing;
     head->plane_width = s->plane_width;
     head->plane_height = s->plane_height;
     head->count = s->count;

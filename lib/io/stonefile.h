@@ -14,6 +14,7 @@ typedef struct pv_stone_file_head {
     int32_t plane_width, plane_height;
     int32_t count;
     int64_t bytes; /* of the records */
+    uint64_t drawing; /* its hash; 0 if only the whole was laid */
     int64_t counts[256]; /* stones of each colour */
     pave_measure measure;
     pave_cvd_params cvd;

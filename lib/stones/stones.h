@@ -10,6 +10,7 @@ extern const pv_table pv_stones_table;
 struct pave_stones {
     int32_t x, y, width, height; /* of the window */
     int32_t plane_width, plane_height;
+    uint64_t drawing; /* pv_bitmap_hash of the whole drawing, where windows of it are laid; else 0 */
     int32_t count;
     int64_t *starts;
     double *vertices;

@@ -47,6 +47,23 @@ int pv_parse_whole(const char *text, uint64_t *out)
     return 1;
 }
 
+int pv_parse_bytes(const char *text, double *out)
+{
+    static const char units[] = "KMGT";
+    char number[40];
+    size_t length = strlen(text);
+    const char *unit = length ? strchr(units, text[length - 1]) : NULL;
+    if (!length || length >= sizeof number)
+        return 0;
+    memcpy(number, text, length + 1);
+    if (unit)
+        number[length - 1] = 0;
+    if (!pv_parse_number(number, out))
+        return 0;
+    *out = floor(*out * (unit ? (double)((int64_t)1 << 10 * (unit - units + 1)) : 1));
+    return *out < 9e18;
+}
+
 /* strtod with the separator that this locale wants, found by printing one. */
 int pv_parse_number(const char *text, double *out)
 {

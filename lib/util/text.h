@@ -13,3 +13,6 @@ size_t pv_text_thousandths(char *out, int64_t value);
 /* The whole of `text` as a finite number, or as a whole number below 2^64. 0 if it is not one. */
 int pv_parse_number(const char *text, double *out);
 int pv_parse_whole(const char *text, uint64_t *out);
+
+/* A number of bytes: "1500000", "64M", "1.5G" (powers of 1024). */
+int pv_parse_bytes(const char *text, double *out);
