@@ -20,7 +20,7 @@
 static const pave_stream_params default_params = PAVE_STREAM_PARAMS_INIT;
 
 static const pv_param stream_rows[] = {
-    PV_LONG(pave_stream_params, memory, "bytes", 0, 1ll << 47, "lay window after window within so much memory, as in 1G"),
+    PV_LONG(pave_stream_params, memory, "bytes", 0, 1ll << 47, "lay window by window within so much: 1G; 0: at once"),
 };
 
 const pv_table pv_stream_table = PV_TABLE("stream", default_params, stream_rows);
@@ -65,7 +65,7 @@ static pave_result read_params(stream *s, const pave_lay_params *given)
         result = pv_params_read(context, &pv_stones_table, params->stones, &s->stones);
     for (int i = 0; i < 4 && !result; i++)
         if (s->cvd.window[i])
-            result = pv_fail(context, PAVE_ERR_ARGUMENT, "a window is not laid window by window: leave out one of both");
+            result = pv_fail(context, PAVE_ERR_ARGUMENT, "give a window or a memory, not both");
     return result;
 }
 
@@ -81,9 +81,8 @@ static pave_result divide(stream *s, int64_t memory)
     double side = floor(sqrt(fmax(left, 0) / BYTES_A_PIXEL)) - 2 * s->margin;
     if (side < s->margin / 2 && left < BYTES_A_PIXEL * width * height) {
         double least = 2.5 * s->margin;
-        return pv_fail(s->context, PAVE_ERR_LIMIT, "memory of %lld bytes is too little for windows of this drawing: %.0f "
-                       "are needed", (long long)memory,
-                       least * least * BYTES_A_PIXEL + BASE + (double)s->drawing.stride * height);
+        return pv_fail(s->context, PAVE_ERR_LIMIT, "memory is %lld bytes, but windows of this drawing need %.0f",
+                       (long long)memory, least * least * BYTES_A_PIXEL + BASE + (double)s->drawing.stride * height);
     }
     if (left >= BYTES_A_PIXEL * width * height)
         side = fmax(width, height);
@@ -245,7 +244,7 @@ pave_result pave_lay_file(pave_context *context, const char *drawing, const pave
     for (int32_t i = 0; i < count && !result; i++) {
         const char *format = pave_stones_format(outputs[i]);
         if (!format || !strcmp(format, "png"))
-            result = pv_fail(context, PAVE_ERR_UNSUPPORTED,
+            result = pv_fail(context, PAVE_ERR_ARGUMENT,
                              "%s: what is laid window by window is written as .svg, .json or .stones", outputs[i]);
     }
     stream *s = result ? NULL : pv_allocate_zeroed(context, 1, sizeof *s, &result);

@@ -233,7 +233,8 @@ static void begin_head(pave_stones *head, const pv_stone_file_head *part)
 /* Everything that stones follow from, but for the window, must be the same. */
 static int same_pavement(const pave_stones *head, const pv_stone_file_head *part)
 {
-    return head->drawing == part->drawing && head->plane_width == part->plane_width && head->plane_height == part->plane_height &&
+    return head->drawing == part->drawing && head->plane_width == part->plane_width &&
+           head->plane_height == part->plane_height &&
            !memcmp(&head->cvd, &part->cvd, offsetof(pave_cvd_params, window)) &&
            !memcmp(&head->params, &part->stones, sizeof head->params) &&
            !memcmp(&head->field, &part->field, sizeof head->field) &&

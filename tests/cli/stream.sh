@@ -1,0 +1,61 @@
+#!/bin/sh
+# Window by window within a memory: the same bytes as at once; a job that was killed begins where it was.
+set -eu
+root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
+pave=$build/bin/pave
+drawing=$root/examples/drawings/copacabana.png
+work=$(mktemp -d "${TMPDIR:-/tmp}/pave stream.XXXXXX")
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+failed=0
+fail() {
+  echo "FAILED: $1" >&2
+  failed=1
+}
+options="--half-side 2 --iterations 3 --quiet"
+
+"$pave" lay "$drawing" $options -o whole.svg -o whole.stones
+"$pave" lay "$drawing" $options --memory 168M -o parts.svg -o parts.stones -o parts.json
+cmp whole.svg parts.svg || fail "the SVG differs from the one at once"
+cmp whole.svg parts.svg && [ ! -e parts.svg.parts ] || fail "the folder of windows is still there"
+/usr/bin/python3 -c '
+import json
+r = json.load(open("parts.json"))
+assert r["stones"] == sum(r["corners_after"].values()) and r["window"]["width"] == 1024, r' || fail "the report"
+
+# Killed at some moment, and again, until it is done
+tries=0
+code=1
+while [ $code -ne 0 ] && [ $tries -lt 8 ]; do
+  tries=$((tries + 1))
+  code=0
+  timeout -s KILL 1 "$pave" lay "$drawing" $options --memory 168M -o killed.svg 2>err || code=$?
+  [ $code -eq 0 ] || [ ! -e killed.svg ] || fail "a killed job left an output"
+done
+if [ $code -ne 0 ]; then # on a slow machine
+  "$pave" lay "$drawing" $options --memory 168M -o killed.svg
+fi
+cmp whole.svg killed.svg || fail "after $tries starts the SVG differs"
+echo "finished after $tries starts"
+
+# Windows of other parameters, another drawing or a damaged file are laid anew, not taken
+mkdir kept.svg.parts
+echo rubbish >kept.svg.parts/000000.stones
+"$pave" lay "$drawing" $options --seed 5 --memory 168M -o kept.svg
+"$pave" lay "$drawing" $options --seed 5 -o seed5.svg
+cmp kept.svg seed5.svg || fail "rubbish among the windows"
+
+refuse() {
+  status=$1 words=$2
+  shift 2
+  code=0
+  "$pave" lay "$drawing" "$@" 2>err || code=$?
+  [ $code -eq "$status" ] && grep -q -- "$words" err || fail "$*: $code, $(cat err)"
+}
+refuse 4 "memory is" $options --memory 1M -o x.svg
+refuse 2 "memory" $options --memory lots -o x.svg
+refuse 2 "window by window" $options --memory 1G -o x.png
+refuse 2 "not both" $options --memory 1G --window 0,0,100,100 -o x.svg
+refuse 5 "cannot be made" $options --memory 1G -o nowhere/x.svg
+[ ! -e x.svg ] || fail "a refused job left an output"
+exit $failed
