@@ -58,6 +58,9 @@ void complain(const cli_command *command, const char *format, ...) __attribute__
 pave_context *start(const cli_command *command, pave_context_params *params);
 void finish(pave_context **context);
 
+/* What share of the verb the next calls into the library are, for the progress bar. */
+void phase(double from, double to);
+
 /* pave_image_read, during which Ctrl-C does not wait: loading the module that reads PNG can take 0.3 s. */
 pave_result read_image(pave_context *context, const char *path, pave_image **out);
 

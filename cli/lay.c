@@ -4,8 +4,10 @@
 static int write_outputs(const cli_command *command, pave_context *context, const pave_stones *stones)
 {
     pave_result result = PAVE_OK;
-    for (int i = 0; i < command->output_count && !result; i++)
+    for (int i = 0; i < command->output_count && !result; i++) {
+        phase(0.9 + 0.1 * i / command->output_count, 0.9 + 0.1 * (i + 1) / command->output_count);
         result = pave_stones_write(context, stones, command->output[i], NULL);
+    }
     if (!result && command->wants_json)
         result = pave_stones_write(context, stones, "-", "json");
     return exit_code(result, WHILE_WRITING);
@@ -37,9 +39,11 @@ static int run(const cli_command *command, pave_context *context, const pave_lay
 {
     pave_image *drawing = NULL;
     pave_stones *stones = NULL;
+    phase(0, 0.05);
     pave_result result = read_image(context, command->input[0], &drawing);
     if (result)
         return exit_code(result, WHILE_READING);
+    phase(0.05, 0.9);
     result = pave_lay(context, drawing, params, &stones);
     pave_image_free(&drawing);
     if (result)

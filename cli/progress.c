@@ -8,6 +8,13 @@
 
 static pave_context *volatile running;
 static int bar_shown;
+static double phase_from, phase_to = 1;
+
+void phase(double from, double to)
+{
+    phase_from = from;
+    phase_to = to;
+}
 
 static volatile sig_atomic_t nothing_to_lose;
 
@@ -47,6 +54,7 @@ static int32_t on_progress(void *user, const char *stage, double done)
 {
     static const char full[] = "##############################";
     enum { WIDTH = sizeof full - 1 };
+    done = phase_from + (phase_to - phase_from) * done;
     int filled = (int)(done * WIDTH);
     (void)user;
     fprintf(stderr, "\r[%.*s%*s] %3d %% %-12s", filled, full, WIDTH - filled, "", (int)(done * 100), stage);
