@@ -11,15 +11,13 @@
 #include "base/parallel.h"
 #include "field/field.h"
 
-enum { GROUP = 4 };
-
 /* The next row to fill in, where to go from there, how many rows are left. */
 typedef struct march {
     int32_t row, step, left;
 } march;
 
 typedef struct chamfer_job {
-    int32_t width, height;
+    const pv_drawing *drawing;
     pv_steps steps;
     int32_t *distance;
     march march[2];
@@ -39,37 +37,30 @@ static inline int32_t nearer(int32_t here, int32_t there, int32_t way)
 
 static int32_t *row_of(const chamfer_job *job, int32_t y)
 {
-    return job->distance + (int64_t)y * job->width;
+    return job->distance + (int64_t)y * job->drawing->width;
 }
 
-/* Several rows at once: each pixel waits for the one before, the rows do not wait for each other. */
-static void along_group(int32_t *row, int64_t width, int32_t straight)
+/* From the left and from the right at once. Each pixel waits for the one before; the two ways, whose order does not
+ * matter either, do not wait for each other. */
+static void along_row(int32_t *row, int32_t width, int32_t straight)
 {
-    for (int64_t x = 1; x < width; x++)
-        for (int i = 0; i < GROUP; i++)
-            row[i * width + x] = nearer(row[i * width + x], row[i * width + x - 1], straight);
-    for (int64_t x = width - 2; x >= 0; x--)
-        for (int i = 0; i < GROUP; i++)
-            row[i * width + x] = nearer(row[i * width + x], row[i * width + x + 1], straight);
+    int32_t before = PV_FIELD_FAR, after = PV_FIELD_FAR;
+    for (int32_t x = 0, back = width - 1; x < width; x++, back--) {
+        row[x] = before = nearer(row[x], before, straight);
+        row[back] = after = nearer(row[back], after, straight);
+    }
 }
 
-static void along_row(int32_t *row, int64_t width, int32_t straight)
-{
-    for (int64_t x = 1; x < width; x++)
-        row[x] = nearer(row[x], row[x - 1], straight);
-    for (int64_t x = width - 2; x >= 0; x--)
-        row[x] = nearer(row[x], row[x + 1], straight);
-}
-
-static void along_rows(void *data, int32_t band, int32_t worker)
+/* First distances, and what spreads along each row while it is in the cache. */
+static void start_rows(void *data, int32_t band, int32_t worker)
 {
     (void)worker;
     const chamfer_job *job = data;
-    int32_t rows = pv_band_rows(job->width), y = band * rows, to = least(y + rows, job->height);
-    for (; y + GROUP <= to; y += GROUP)
-        along_group(row_of(job, y), job->width, job->steps.straight);
-    for (; y < to; y++)
-        along_row(row_of(job, y), job->width, job->steps.straight);
+    int32_t rows = pv_band_rows(job->drawing->width), y = band * rows;
+    for (int32_t to = least(y + rows, job->drawing->height); y < to; y++) {
+        pv_edge_row(job->drawing, y, row_of(job, y));
+        along_row(row_of(job, y), job->drawing->width, job->steps.straight);
+    }
 }
 
 /* What a row inherits from the row beside it, straight and diagonally. */
@@ -94,7 +85,7 @@ static void advance(void *data, int32_t index, int32_t worker)
     chamfer_job *job = data;
     march *m = &job->march[index];
     for (int32_t n = least(m->left, job->stride); n > 0; n--, m->left--, m->row += m->step)
-        from_row(row_of(job, m->row), row_of(job, m->row - m->step), job->width, job->steps);
+        from_row(row_of(job, m->row), row_of(job, m->row - m->step), job->drawing->width, job->steps);
 }
 
 static pave_result march_both(pave_context *context, chamfer_job *job, march down, march up, double from)
@@ -108,11 +99,11 @@ static pave_result march_both(pave_context *context, chamfer_job *job, march dow
     return result;
 }
 
-pave_result pv_chamfer(pave_context *context, int32_t width, int32_t height, pv_steps steps, int32_t *distance)
+pave_result pv_chamfer(pave_context *context, const pv_drawing *drawing, pv_steps steps, int32_t *distance)
 {
-    chamfer_job job = { width, height, steps, distance, .stride = 4 * pv_band_rows(width) };
-    int32_t upper = height / 2, lower = height - upper;
-    pave_result result = pv_parallel(context, pv_bands(width, height), along_rows, &job, 0.3, 0.5);
+    int32_t width = drawing->width, height = drawing->height, upper = height / 2, lower = height - upper;
+    chamfer_job job = { drawing, steps, distance, .stride = 4 * pv_band_rows(width) };
+    pave_result result = pv_parallel(context, pv_bands(width, height), start_rows, &job, 0, 0.5);
     if (!result)
         result = march_both(context, &job, (march){ 1, 1, upper - 1 }, (march){ height - 2, -1, lower - 1 }, 0.5);
     if (result || !upper)

@@ -1,11 +1,5 @@
 /* First distances: pixels that touch a pixel of another colour (III.A). */
-#include "base/parallel.h"
 #include "field/field.h"
-
-typedef struct edges_job {
-    const pv_drawing *drawing;
-    int32_t *distance;
-} edges_job;
 
 enum { SIDE = PV_FIELD_ONE / 2, CORNER = 46341 /* sqrt(2)/2 */ };
 
@@ -20,7 +14,7 @@ static inline int32_t first_distance(const uint8_t *up, const uint8_t *row, cons
 }
 
 /* Beyond the drawing its border is repeated: there a pixel meets only colours that it meets inside, too. */
-static void edge_row(const pv_drawing *drawing, int32_t y, int32_t *distance)
+void pv_edge_row(const pv_drawing *drawing, int32_t y, int32_t *distance)
 {
     int32_t last = drawing->width - 1;
     const uint8_t *row = drawing->pixels + (int64_t)y * drawing->width;
@@ -30,19 +24,4 @@ static void edge_row(const pv_drawing *drawing, int32_t y, int32_t *distance)
         distance[x] = first_distance(up, row, down, x - 1, x, x + 1);
     distance[0] = first_distance(up, row, down, 0, 0, last ? 1 : 0);
     distance[last] = first_distance(up, row, down, last ? last - 1 : 0, last, last);
-}
-
-static void edge_rows(void *data, int32_t band, int32_t worker)
-{
-    (void)worker;
-    const edges_job *job = data;
-    int32_t rows = pv_band_rows(job->drawing->width), y = band * rows;
-    for (int32_t to = y + rows; y < to && y < job->drawing->height; y++)
-        edge_row(job->drawing, y, job->distance + (int64_t)y * job->drawing->width);
-}
-
-pave_result pv_edges(pave_context *context, const pv_drawing *drawing, int32_t *distance)
-{
-    edges_job job = { drawing, distance };
-    return pv_parallel(context, pv_bands(drawing->width, drawing->height), edge_rows, &job, 0, 0.3);
 }

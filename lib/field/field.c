@@ -48,13 +48,10 @@ static pave_result measure(pave_context *context, const pv_drawing *drawing, pav
     if (!distance)
         return result;
     field->distance = (void *)distance;
-    if (field->params.metric == PAVE_METRIC_EUCLID) {
+    if (field->params.metric == PAVE_METRIC_EUCLID)
         result = pv_euclid(context, drawing, distance);
-    } else {
-        result = pv_edges(context, drawing, distance);
-        if (!result)
-            result = pv_chamfer(context, field->width, field->height, steps_of(field->params.metric), distance);
-    }
+    else
+        result = pv_chamfer(context, drawing, steps_of(field->params.metric), distance);
     return result ? result : pv_parallel(context, pv_bands(field->width, field->height), to_pixels, field, 0.9, 1);
 }
 
