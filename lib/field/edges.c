@@ -1,44 +1,27 @@
 /* First distances: pixels that touch a pixel of another colour (III.A). */
-#include "base/parallel.h"
 #include "field/field.h"
 
-typedef struct edges_job {
-    const pv_drawing *drawing;
-    uint32_t *distance;
-} edges_job;
+enum { SIDE = PV_FIELD_ONE / 2, CORNER = 46341 /* sqrt(2)/2 */ };
 
-enum { ROWS = 64 };
-
-/* Does (x, y) differ from its neighbour? Outside the drawing nothing does. */
-static int differs(const pv_drawing *drawing, int32_t x, int32_t y, int32_t dx, int32_t dy)
+/* The pixel at x of `row` among its eight neighbours. */
+static inline int32_t first_distance(const uint8_t *up, const uint8_t *row, const uint8_t *down, int32_t left,
+                                     int32_t x, int32_t right)
 {
-    int32_t nx = x + dx, ny = y + dy;
-    if (nx < 0 || ny < 0 || nx >= drawing->width || ny >= drawing->height)
-        return 0;
-    return drawing->pixels[(int64_t)ny * drawing->width + nx] != drawing->pixels[(int64_t)y * drawing->width + x];
+    uint8_t here = row[x];
+    uint8_t side = (row[left] ^ here) | (row[right] ^ here) | (up[x] ^ here) | (down[x] ^ here);
+    uint8_t corner = (up[left] ^ here) | (up[right] ^ here) | (down[left] ^ here) | (down[right] ^ here);
+    return side ? SIDE : corner ? CORNER : PV_FIELD_FAR;
 }
 
-static uint32_t first_distance(const pv_drawing *d, int32_t x, int32_t y)
+/* Beyond the drawing its border is repeated: there a pixel meets only colours that it meets inside, too. */
+void pv_edge_row(const pv_drawing *drawing, int32_t y, int32_t *distance)
 {
-    if (differs(d, x, y, 1, 0) || differs(d, x, y, -1, 0) || differs(d, x, y, 0, 1) || differs(d, x, y, 0, -1))
-        return PV_FIELD_ONE / 2;
-    if (differs(d, x, y, 1, 1) || differs(d, x, y, -1, 1) || differs(d, x, y, 1, -1) || differs(d, x, y, -1, -1))
-        return 46341; /* sqrt(2)/2 */
-    return PV_FIELD_FAR;
-}
-
-static void edge_rows(void *data, int32_t band, int32_t worker)
-{
-    (void)worker;
-    const edges_job *job = data;
-    int32_t to = (band + 1) * ROWS < job->drawing->height ? (band + 1) * ROWS : job->drawing->height;
-    for (int32_t y = band * ROWS; y < to; y++)
-        for (int32_t x = 0; x < job->drawing->width; x++)
-            job->distance[(int64_t)y * job->drawing->width + x] = first_distance(job->drawing, x, y);
-}
-
-pave_result pv_edges(pave_context *context, const pv_drawing *drawing, uint32_t *distance)
-{
-    edges_job job = { drawing, distance };
-    return pv_parallel(context, (drawing->height + ROWS - 1) / ROWS, edge_rows, &job, 0, 0.3);
+    int32_t last = drawing->width - 1;
+    const uint8_t *row = drawing->pixels + (int64_t)y * drawing->width;
+    const uint8_t *up = y ? row - drawing->width : row;
+    const uint8_t *down = y + 1 < drawing->height ? row + drawing->width : row;
+    for (int32_t x = 1; x < last; x++)
+        distance[x] = first_distance(up, row, down, x - 1, x, x + 1);
+    distance[0] = first_distance(up, row, down, 0, 0, last ? 1 : 0);
+    distance[last] = first_distance(up, row, down, last ? last - 1 : 0, last, last);
 }

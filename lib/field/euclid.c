@@ -28,14 +28,14 @@ static int corner(const pv_drawing *d, int32_t x, int32_t y)
            (inside_y && x < d->width && differ(d, x, up, x, y));
 }
 
-static uint32_t nearer(uint32_t a, int64_t half_pixels)
+static int32_t nearer(int32_t a, int64_t half_pixels)
 {
     int64_t b = half_pixels * (PV_FIELD_ONE / 2);
-    return b < a ? (uint32_t)b : a;
+    return b < a ? (int32_t)b : a;
 }
 
 /* Straight ahead: half pixels to the next crack in this row, both ways. */
-static void along_row(const pv_drawing *d, int32_t y, uint32_t *row)
+static void along_row(const pv_drawing *d, int32_t y, int32_t *row)
 {
     int64_t run = NONE;
     for (int32_t x = 0; x < d->width; x++, run += 2) {
@@ -54,7 +54,7 @@ static void along_row(const pv_drawing *d, int32_t y, uint32_t *row)
 /* For every row of pixels: half pixels (odd) up or down to the nearest corner, for each of the width + 1 columns of
  * corners; also the straight distances along columns. `up` and `straight` carry over from row to row. */
 static void down_columns(const pv_drawing *d, int32_t y, int32_t step, int32_t *corners, int32_t *straight,
-                         uint32_t *row)
+                         int32_t *row)
 {
     int32_t edge = step > 0 ? y : y + 1, before = y - step;
     for (int32_t x = 0; x <= d->width; x++)
@@ -95,20 +95,20 @@ static void build_envelope(envelope *e, const int32_t *h, int32_t columns)
     }
 }
 
-static uint32_t corner_distance(int64_t square)
+static int32_t corner_distance(int64_t square)
 {
     double d = sqrt((double)square) * (PV_FIELD_ONE / 2);
-    return d < (double)PV_FIELD_FAR ? (uint32_t)(d + 0.5) : PV_FIELD_FAR;
+    return d < (double)PV_FIELD_FAR ? (int32_t)(d + 0.5) : PV_FIELD_FAR;
 }
 
-static void to_corners(const envelope *e, const int32_t *h, int32_t width, uint32_t *row)
+static void to_corners(const envelope *e, const int32_t *h, int32_t width, int32_t *row)
 {
     for (int32_t x = 0, k = 0; x < width && e->count; x++) {
         int64_t u = 2 * (int64_t)x + 1;
         while (k + 1 < e->count && e->from[k + 1] <= u)
             k++;
         int64_t i = e->apex[k], square = (u - 2 * i) * (u - 2 * i) + (int64_t)h[i] * h[i];
-        uint32_t d = corner_distance(square);
+        int32_t d = corner_distance(square);
         row[x] = d < row[x] ? d : row[x];
     }
 }
@@ -125,14 +125,14 @@ static void far_away(int32_t *values, int64_t count)
         values[i] = INT32_MAX;
 }
 
-static pave_result sweep(pave_context *context, const pv_drawing *d, int32_t step, scratch *s, uint32_t *distance)
+static pave_result sweep(pave_context *context, const pv_drawing *d, int32_t step, scratch *s, int32_t *distance)
 {
     pave_result result = PAVE_OK;
     far_away(s->above, d->width + 1);
     far_away(s->straight, d->width);
     for (int32_t i = 0; i < d->height && !result; i++) {
         int32_t y = step > 0 ? i : d->height - 1 - i;
-        uint32_t *row = distance + (int64_t)y * d->width;
+        int32_t *row = distance + (int64_t)y * d->width;
         if (step > 0)
             along_row(d, y, row);
         down_columns(d, y, step, s->above, s->straight, row);
@@ -145,7 +145,7 @@ static pave_result sweep(pave_context *context, const pv_drawing *d, int32_t ste
 }
 
 /* The nearest corner lies above or below: both sweeps look only their way, the smaller distance stays. */
-pave_result pv_euclid(pave_context *context, const pv_drawing *d, uint32_t *distance)
+pave_result pv_euclid(pave_context *context, const pv_drawing *d, int32_t *distance)
 {
     pave_result result = PAVE_OK;
     size_t columns = (size_t)d->width + 1;

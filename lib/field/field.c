@@ -1,6 +1,8 @@
 /* The distance field: mark the edges, spread the distance, hand it out in pixels. */
 #include "field/field.h"
 
+#include "base/parallel.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -19,12 +21,15 @@ void pave_field_params_init(pave_field_params *params, size_t size)
 }
 
 /* From 1/65536 px to px, in place. */
-static void to_pixels(float *distance, int64_t count)
+static void to_pixels(void *data, int32_t band, int32_t worker)
 {
-    for (int64_t i = 0; i < count; i++) {
-        uint32_t fixed;
-        memcpy(&fixed, &distance[i], sizeof fixed);
-        distance[i] = fixed >= PV_FIELD_FAR ? INFINITY : (float)fixed / PV_FIELD_ONE;
+    (void)worker;
+    const pave_field *field = data;
+    int64_t pixels = (int64_t)field->width * field->height, task = (int64_t)field->width * pv_band_rows(field->width);
+    for (int64_t i = band * task; i < (band + 1) * task && i < pixels; i++) {
+        int32_t fixed;
+        memcpy(&fixed, &field->distance[i], sizeof fixed);
+        field->distance[i] = fixed == PV_FIELD_FAR ? INFINITY : (float)fixed / PV_FIELD_ONE;
     }
 }
 
@@ -38,20 +43,15 @@ static pv_steps steps_of(int32_t metric)
 static pave_result measure(pave_context *context, const pv_drawing *drawing, pave_field *field)
 {
     pave_result result;
-    uint32_t *distance = pv_allocate(context, (size_t)field->width * (size_t)field->height, sizeof *distance, &result);
+    int32_t *distance = pv_allocate(context, (size_t)field->width * (size_t)field->height, sizeof *distance, &result);
     if (!distance)
         return result;
     field->distance = (void *)distance;
-    if (field->params.metric == PAVE_METRIC_EUCLID) {
+    if (field->params.metric == PAVE_METRIC_EUCLID)
         result = pv_euclid(context, drawing, distance);
-    } else {
-        result = pv_edges(context, drawing, distance);
-        if (!result)
-            result = pv_chamfer(context, field->width, field->height, steps_of(field->params.metric), distance);
-    }
-    if (!result)
-        to_pixels(field->distance, (int64_t)field->width * field->height);
-    return result ? result : pv_progress(context, 1);
+    else
+        result = pv_chamfer(context, drawing, steps_of(field->params.metric), distance);
+    return result ? result : pv_parallel(context, pv_bands(field->width, field->height), to_pixels, field, 0.9, 1);
 }
 
 pave_result pave_field_create(pave_context *context, const pave_image *drawing, const pave_field_params *given,

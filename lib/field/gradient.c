@@ -3,27 +3,47 @@
 
 #include <math.h>
 
-static float at(const pave_field *field, int32_t x, int32_t y)
+/* A row and those above and below it; beyond the drawing its border is repeated. */
+typedef struct three_rows {
+    const float *up, *row, *down;
+} three_rows;
+
+static three_rows rows_at(const pave_field *field, int32_t y)
 {
-    x = x < 0 ? 0 : x < field->width ? x : field->width - 1;
-    y = y < 0 ? 0 : y < field->height ? y : field->height - 1;
-    return field->distance[(int64_t)y * field->width + x];
+    const float *row = field->distance + (int64_t)y * field->width;
+    return (three_rows){ y ? row - field->width : row, row, y + 1 < field->height ? row + field->width : row };
+}
+
+static inline void sobel(three_rows r, int32_t left, int32_t x, int32_t right, float *gx, float *gy)
+{
+    float nw = r.up[left], n = r.up[x], ne = r.up[right];
+    float w = r.row[left], e = r.row[right];
+    float sw = r.down[left], s = r.down[x], se = r.down[right];
+    float across = ((ne - nw) + 2 * (e - w) + (se - sw)) / 8;
+    float down = ((sw - nw) + 2 * (s - n) + (se - ne)) / 8;
+    int known = isfinite(across) & isfinite(down);
+    *gx = known ? across : 0;
+    *gy = known ? down : 0;
 }
 
 void pv_gradient(const pave_field *field, int32_t x, int32_t y, float *gx, float *gy)
 {
-    float nw = at(field, x - 1, y - 1), n = at(field, x, y - 1), ne = at(field, x + 1, y - 1);
-    float w = at(field, x - 1, y), e = at(field, x + 1, y);
-    float sw = at(field, x - 1, y + 1), s = at(field, x, y + 1), se = at(field, x + 1, y + 1);
-    *gx = ((ne - nw) + 2 * (e - w) + (se - sw)) / 8;
-    *gy = ((sw - nw) + 2 * (s - n) + (se - ne)) / 8;
-    if (!isfinite(*gx) || !isfinite(*gy))
-        *gx = *gy = 0;
+    int32_t last = field->width - 1;
+    sobel(rows_at(field, y), x ? x - 1 : 0, x, x < last ? x + 1 : last, gx, gy);
+}
+
+static void gradient_row(const pave_field *field, int32_t y, float *restrict gx, float *restrict gy)
+{
+    three_rows rows = rows_at(field, y);
+    int32_t last = field->width - 1;
+    for (int32_t x = 1; x < last; x++)
+        sobel(rows, x - 1, x, x + 1, &gx[x], &gy[x]);
+    pv_gradient(field, 0, y, &gx[0], &gy[0]);
+    pv_gradient(field, last, y, &gx[last], &gy[last]);
 }
 
 void pave_field_gradient(const pave_field *field, float *x, float *y)
 {
-    for (int32_t row = 0; row < field->height; row++)
-        for (int32_t column = 0; column < field->width; column++)
-            pv_gradient(field, column, row, x++, y++);
+    for (int32_t row = 0; row < field->height; row++, x += field->width, y += field->width)
+        gradient_row(field, row, x, y);
 }

@@ -1,4 +1,8 @@
-/* One Lloyd step by the portable and the AVX2 kernel in turn: least time of several runs in ns per pixel and step. */
+/* Lloyd steps of several engines in turn, on one drawing: the least time of each step over all rounds, as JSON.
+ *
+ * usage: bench_step [--side PX] [--half-side H] [--rounds N] [--sites FILE] BACKEND:THREADS ...
+ *
+ * Says, too, whether all engines ended with the same sites; writes where they are (px, a line each) to FILE. */
 #include "cvd/cvd.h"
 #include "util/random.h"
 
@@ -6,16 +10,23 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STEPS = 20, KERNELS = 2 };
+enum { STEPS = 20, MOST_ENGINES = 8 };
 
-static const pv_backend *const kernels[KERNELS] = { &pv_cpu_portable_backend, &pv_cpu_backend };
+typedef struct engine {
+    const char *spec;
+    char name[128];
+    pave_context *context;
+    const pv_backend *backend;
+    double least[STEPS]; /* s */
+    uint64_t sum;        /* over the sites at the end */
+} engine;
 
-typedef struct timing {
+typedef struct options {
+    int32_t side, rounds, engines;
     double half_side;
-    int32_t sites;
-    double start[KERNELS], mean[KERNELS]; /* first step, and mean of all, ns/px */
-    int same;
-} timing;
+    const char *sites;
+    engine engine[MOST_ENGINES];
+} options;
 
 static void fail(const pave_context *context, const char *what)
 {
@@ -71,110 +82,119 @@ static void release_plane(pv_plane *plane)
     pv_release((void *)(uintptr_t)plane->home);
 }
 
-/* Runs all steps once; keeps the least time of each. Returns the sites' checksum. */
-static uint64_t run(pave_context *context, const pv_backend *kernel, const pv_plane *plane, double *least)
+/* "vulkan-compute:2" */
+static void open_engine(engine *e, const char *spec)
 {
-    void *engine;
-    char name[128];
-    if (kernel->open(context, plane, &engine, name))
-        fail(context, "open");
-    for (int32_t i = 0; i < STEPS; i++) {
-        pv_step step;
-        double since = pv_seconds();
-        if (kernel->step(context, engine, i, 0, 1, &step))
-            fail(context, name);
-        double took = pv_seconds() - since;
-        least[i] = took < least[i] ? took : least[i];
-    }
-    pave_result result = PAVE_OK;
-    pave_site *sites = pv_allocate(context, (size_t)plane->sites, sizeof *sites, &result);
-    if (!sites || kernel->sites(context, engine, sites))
-        fail(context, "sites");
+    pave_context_params shape = PAVE_CONTEXT_PARAMS_INIT;
+    char backend[64];
+    size_t length = strcspn(spec, ":");
+    snprintf(backend, sizeof backend, "%.*s", (int)length, spec);
+    shape.threads = spec[length] ? atoi(spec + length + 1) : 0;
+    if (pave_context_create(NULL, &e->context))
+        fail(NULL, spec);
+    if (pave_params_set(e->context, PAVE_PARAMS_CONTEXT, &shape, "backend", backend))
+        fail(e->context, spec);
+    pave_context_free(&e->context);
+    if (pave_context_create(&shape, &e->context))
+        fail(NULL, spec);
+    e->spec = spec;
+    e->backend = pv_backend_find(shape.backend);
+    if (!e->backend)
+        fail(e->context, spec);
+    for (int i = 0; i < STEPS; i++)
+        e->least[i] = 1e9;
+}
+
+static uint64_t look_at_sites(const pave_site *sites, int32_t count, const char *path)
+{
+    FILE *file = path ? fopen(path, "w") : NULL;
     uint64_t sum = 0;
-    for (int32_t i = 0; i < plane->sites; i++)
+    for (int32_t i = 0; i < count; i++) {
         sum = (sum ^ (uint32_t)sites[i].x ^ (uint64_t)(uint32_t)sites[i].y << 32) * 0x9E3779B97F4A7C15u;
-    pv_release(sites);
-    kernel->close(engine);
+        if (file)
+            fprintf(file, "%.8f %.8f\n", sites[i].x / 256.0, sites[i].y / 256.0);
+    }
+    if (path && (!file || fclose(file)))
+        fail(NULL, path);
     return sum;
 }
 
-static timing compare(pave_context *context, int32_t side, double h, int32_t rounds)
+/* Runs all steps once; keeps the least time of each. */
+static void run(engine *e, const pv_plane *plane, const char *path)
 {
-    pv_plane plane;
-    make_plane(context, side, h, &plane);
-    timing t = { .half_side = h, .sites = plane.sites, .same = 1 };
-    double least[KERNELS][STEPS];
-    uint64_t sum[KERNELS];
-    for (int k = 0; k < KERNELS; k++)
-        for (int i = 0; i < STEPS; i++)
-            least[k][i] = 1e9;
-    for (int32_t round = 0; round < rounds; round++)
-        for (int k = 0; k < KERNELS; k++)
-            sum[k] = run(context, kernels[k], &plane, least[k]);
-    for (int k = 0; k < KERNELS; k++) {
-        double scale = 1e9 / side / side;
-        for (int i = 0; i < STEPS; i++)
-            t.mean[k] += least[k][i] * scale / STEPS;
-        t.start[k] = least[k][0] * scale;
-        t.same &= sum[k] == sum[0];
+    void *state;
+    if (e->backend->open(e->context, plane, &state, e->name))
+        fail(e->context, e->spec);
+    for (int32_t i = 0; i < STEPS; i++) {
+        pv_step step;
+        double since = pv_seconds();
+        if (e->backend->step(e->context, state, i, 0, 1, &step))
+            fail(e->context, e->spec);
+        double took = pv_seconds() - since;
+        e->least[i] = took < e->least[i] ? took : e->least[i];
     }
-    release_plane(&plane);
-    return t;
+    pave_result result = PAVE_OK;
+    pave_site *sites = pv_allocate(e->context, (size_t)plane->sites, sizeof *sites, &result);
+    if (!sites || e->backend->sites(e->context, state, sites))
+        fail(e->context, "sites");
+    e->sum = look_at_sites(sites, plane->sites, path);
+    pv_release(sites);
+    e->backend->close(state);
 }
 
-static void print(const timing *t)
+static int report(const options *o, int32_t sites)
 {
-    printf("h %4.1f  %6d sites  portable %6.2f (first step %6.2f)  AVX2 %5.2f (first step %5.2f)  ratio %5.2f  %s\n",
-           t->half_side, (int)t->sites, t->mean[0], t->start[0], t->mean[1], t->start[1], t->mean[0] / t->mean[1],
-           t->same ? "same sites" : "SITES DIFFER");
-    fflush(stdout);
+    int same = 1;
+    printf("{\"side\": %d, \"half_side\": %g, \"sites\": %d, \"steps\": %d, \"engines\": [", (int)o->side,
+           o->half_side, (int)sites, STEPS);
+    for (int k = 0; k < o->engines; k++) {
+        const engine *e = &o->engine[k];
+        double sum = 0;
+        for (int i = 0; i < STEPS; i++)
+            sum += e->least[i];
+        printf("%s{\"engine\": \"%s\", \"name\": \"%s\", \"step_s\": %.9f, \"first_step_s\": %.9f}", k ? ", " : "",
+               e->spec, e->name, sum / STEPS, e->least[0]);
+        same &= e->sum == o->engine[0].sum;
+    }
+    printf("], \"same_sites\": %s}\n", same ? "true" : "false");
+    return same;
 }
 
-static int write_json(const char *path, const timing *t, int count)
+static int read_option(options *o, const char *name, const char *value)
 {
-    FILE *file = fopen(path, "w");
-    if (!file)
+    if (!strcmp(name, "--side"))
+        o->side = atoi(value);
+    else if (!strcmp(name, "--half-side"))
+        o->half_side = atof(value);
+    else if (!strcmp(name, "--rounds"))
+        o->rounds = atoi(value);
+    else if (!strcmp(name, "--sites"))
+        o->sites = value;
+    else
         return 0;
-    fprintf(file, "[\n");
-    for (int i = 0; i < count; i++)
-        fprintf(file,
-                "  { \"half_side\": %.1f, \"sites\": %d, \"portable_ns\": %.3f, \"portable_first_ns\": %.3f, "
-                "\"avx2_ns\": %.3f, \"avx2_first_ns\": %.3f, \"ratio\": %.3f, \"same\": %s }%s\n",
-                t[i].half_side, (int)t[i].sites, t[i].mean[0], t[i].start[0], t[i].mean[1], t[i].start[1],
-                t[i].mean[0] / t[i].mean[1], t[i].same ? "true" : "false", i + 1 < count ? "," : "");
-    fprintf(file, "]\n");
-    return !fclose(file);
+    return o->side > 0 && o->half_side >= 1 && o->rounds > 0;
 }
 
 int main(int argc, char **argv)
 {
-    static const double sizes[] = { 2.5, 4, 8, 16, 32 };
-    enum { SIZES = sizeof sizes / sizeof *sizes };
-    int32_t side = 1024, rounds = 7;
-    const char *json = NULL;
-    for (int i = 1; i < argc; i++) {
-        if (!strcmp(argv[i], "--quick"))
-            side = 256, rounds = 2;
-        else if (!strcmp(argv[i], "--json") && i + 1 < argc)
-            json = argv[++i];
+    options o = { .side = 1024, .half_side = 4, .rounds = 1 };
+    for (int i = 1; i < argc; i++)
+        if (argv[i][0] != '-' && o.engines < MOST_ENGINES)
+            open_engine(&o.engine[o.engines++], argv[i]);
+        else if (i + 1 == argc || !read_option(&o, argv[i], argv[i + 1]))
+            return fprintf(stderr, "step: cannot use %s\n", argv[i]), 2;
         else
-            return fprintf(stderr, "usage: step [--quick] [--json FILE]\n"), 2;
-    }
-    pave_context_params shape = PAVE_CONTEXT_PARAMS_INIT;
-    shape.threads = 1;
-    pave_context *context;
-    if (pave_context_create(&shape, &context))
-        fail(NULL, "context");
-    timing t[SIZES];
-    int same = 1;
-    for (int i = 0; i < SIZES; i++) {
-        t[i] = compare(context, side, sizes[i], rounds);
-        print(&t[i]);
-        same &= t[i].same;
-    }
-    int written = !json || write_json(json, t, SIZES);
-    if (!written)
-        fprintf(stderr, "step: cannot write %s\n", json);
-    pave_context_free(&context);
-    return same && written ? 0 : 1;
+            i++;
+    if (!o.engines)
+        return fprintf(stderr, "step: which engines?\n"), 2;
+    pv_plane plane;
+    make_plane(o.engine[0].context, o.side, o.half_side, &plane);
+    for (int32_t round = 0; round < o.rounds; round++)
+        for (int k = 0; k < o.engines; k++)
+            run(&o.engine[k], &plane, round || k ? NULL : o.sites);
+    int same = report(&o, plane.sites);
+    release_plane(&plane);
+    for (int k = 0; k < o.engines; k++)
+        pave_context_free(&o.engine[k].context);
+    return !same;
 }

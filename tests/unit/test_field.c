@@ -31,8 +31,9 @@ static void figure_3_comes_out(void **state)
     };
     pave_image *image = draw_text(context, drawing, 4);
     pv_drawing pixels = { 4, 4, pave_image_pixels(image) };
-    uint32_t edges[16];
-    assert_ok(pv_edges(context, &pixels, edges));
+    int32_t edges[16];
+    for (int y = 0; y < 4; y++)
+        pv_edge_row(&pixels, y, edges + 4 * y);
     pave_field *field = field_of(context, image, PAVE_METRIC_FIGURE3);
     for (int i = 0; i < 16; i++) {
         double expected = first[i / 4][i % 4];
@@ -138,6 +139,105 @@ static void chamfer_is_the_shortest_path(void **state)
     }
 }
 
+static int32_t lesser(int32_t a, int32_t b)
+{
+    return a < b ? a : b;
+}
+
+/* The textbook's two raster scans. */
+static void chamfer_by_raster_scans(int32_t *d, int32_t width, int32_t height)
+{
+    for (int pass = 0; pass < 2; pass++)
+        for (int32_t i = 0; i < width * height; i++) {
+            int32_t p = pass ? width * height - 1 - i : i, back = pass ? 1 : -1;
+            int32_t x = p % width, y = p / width;
+            for (int32_t k = 0; k < 4; k++) {
+                int32_t u = x + (k == 3 ? back : k - 1), v = y + (k == 3 ? 0 : back);
+                if (u < 0 || u >= width || v < 0 || v >= height)
+                    continue;
+                int32_t way = k % 2 ? PV_FIELD_ONE : 92682;
+                if (d[v * width + u] <= PV_FIELD_FAR - way)
+                    d[p] = lesser(d[p], d[v * width + u] + way);
+            }
+        }
+}
+
+/* One white pixel in a corner: distances saturate. */
+static pave_image *draw_dot(pave_context *context, int32_t width, int32_t height)
+{
+    pave_image_params params = PAVE_IMAGE_PARAMS_INIT;
+    pave_image *image = NULL;
+    params.width = width;
+    params.height = height;
+    uint8_t *pixels = calloc((size_t)width, (size_t)height);
+    pixels[width * height - 1] = 255;
+    assert_ok(pave_image_create(context, &params, pixels, &image));
+    free(pixels);
+    return image;
+}
+
+static void agrees_with_raster_scans(pave_context *context, pave_image *image)
+{
+    pv_drawing drawing = { pave_image_width(image), pave_image_height(image), pave_image_pixels(image) };
+    int32_t count = drawing.width * drawing.height, *expected = malloc((size_t)count * sizeof *expected);
+    pave_field *field = field_of(context, image, PAVE_METRIC_CHAMFER);
+    for (int32_t y = 0; y < drawing.height; y++)
+        pv_edge_row(&drawing, y, expected + y * drawing.width);
+    chamfer_by_raster_scans(expected, drawing.width, drawing.height);
+    for (int32_t i = 0; i < count; i++) {
+        float want = expected[i] == PV_FIELD_FAR ? INFINITY : (float)expected[i] / PV_FIELD_ONE;
+        assert_true(pave_field_distance(field)[i] == want);
+    }
+    free(expected);
+    pave_field_free(&field);
+    pave_image_free(&image);
+}
+
+/* Many bands and several strides of each march, which small drawings leave out. */
+static void large_drawings_agree_with_raster_scans(void **state)
+{
+    pave_context *context = *state;
+    static const int32_t sides[][2] = { { 700, 3300 }, { 3300, 700 }, { 3, 40000 }, { 40000, 3 } };
+    for (int i = 0; i < 4; i++) {
+        agrees_with_raster_scans(context, draw_shapes(context, sides[i][0], sides[i][1]));
+        agrees_with_raster_scans(context, draw_dot(context, sides[i][0], sides[i][1]));
+    }
+}
+
+static float distance_at(const pave_field *field, int32_t x, int32_t y)
+{
+    int32_t last_x = pave_field_width(field) - 1, last_y = pave_field_height(field) - 1;
+    x = lesser(x > 0 ? x : 0, last_x);
+    y = lesser(y > 0 ? y : 0, last_y);
+    return pave_field_distance(field)[y * (last_x + 1) + x];
+}
+
+static void gradient_is_sobel(void **state)
+{
+    pave_context *context = *state;
+    static const int weight[3] = { 1, 2, 1 };
+    for (uint32_t key = 0; key < 20; key++) {
+        int32_t width = 1 + (int32_t)(key * 7 % 31), height = 1 + (int32_t)(key * 5 % 23);
+        pave_image *image = draw_random(context, width, height, key);
+        pave_field *field = field_of(context, image, PAVE_METRIC_CHAMFER);
+        float gx[31 * 23], gy[31 * 23];
+        pave_field_gradient(field, gx, gy);
+        for (int32_t i = 0; i < width * height; i++) {
+            double across = 0, down = 0;
+            int32_t x = i % width, y = i / width;
+            for (int k = 0; k < 3; k++) {
+                int32_t u = x + k - 1, v = y + k - 1;
+                across += weight[k] / 8.0 * (distance_at(field, x + 1, v) - distance_at(field, x - 1, v));
+                down += weight[k] / 8.0 * (distance_at(field, u, y + 1) - distance_at(field, u, y - 1));
+            }
+            int known = isfinite(across) && isfinite(down);
+            assert_true(fabs(gx[i] - (known ? across : 0)) < 1e-4 && fabs(gy[i] - (known ? down : 0)) < 1e-4);
+        }
+        pave_field_free(&field);
+        pave_image_free(&image);
+    }
+}
+
 static void gradient_points_away_from_the_edge_with_y_down(void **state)
 {
     pave_context *context = *state;
@@ -218,6 +318,8 @@ int main(void)
         cmocka_unit_test(figure_3_comes_out),
         cmocka_unit_test(euclid_is_the_distance_to_the_frontier),
         cmocka_unit_test(chamfer_is_the_shortest_path),
+        cmocka_unit_test(large_drawings_agree_with_raster_scans),
+        cmocka_unit_test(gradient_is_sobel),
         cmocka_unit_test(gradient_points_away_from_the_edge_with_y_down),
         cmocka_unit_test(drawings_without_an_edge_are_infinitely_far_from_one),
         cmocka_unit_test(threads_do_not_matter),
