@@ -16,6 +16,9 @@ static const pv_backend *const backends[] = {
 #ifdef PAVE_HAVE_VULKAN
     &pv_vulkan_compute_backend,
 #endif
+#ifdef PAVE_HAVE_EGL
+    &pv_gles_backend,
+#endif
 };
 
 enum { BACKENDS = sizeof backends / sizeof *backends };

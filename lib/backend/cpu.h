@@ -43,6 +43,13 @@ pv_label_row pv_label_row_reference, pv_label_row_portable;
 pv_label_row pv_label_row_avx2;
 #endif
 
+/* The frame: `sites` begin as the plane's, pv_cpu_sort sorts them into the buckets, and pv_cpu_relax moves them by the
+ * sums of all workers, which it clears. */
+pave_result pv_cpu_open(pave_context *context, const pv_plane *plane, pv_label_row *kernel, void **engine);
+void pv_cpu_sort(pv_cpu *cpu);
+pave_result pv_cpu_relax(pave_context *context, pv_cpu *cpu, int32_t iteration, double from, double to, pv_step *out);
+void pv_cpu_close(void *engine);
+
 /* Labels the one tile whose first pixel is (x, y). */
 void pv_label_tile_portable(const pv_cpu *cpu, int32_t x, int32_t y, pv_sum *sums, int32_t *labels);
 
