@@ -26,7 +26,7 @@ enum {
     SPREAD = 32,         /* the same, and two subpixels of 1/16 px by which a corner may be drawn off its place */
     UNPROVEN = UINT8_MAX,
     FEW = 32,            /* a tile is drawn again if more than one in so many CPU tiles fails */
-    RARE = 256,          /* the next step's margin would have failed in one CPU tile in so many */
+    RARE = 64,           /* the next step's margin would have failed in one CPU tile in so many */
 };
 
 /* A site as the vertex shader takes it, relative to the tile. */
