@@ -45,7 +45,7 @@ static const char *open_on(pv_gl *gl, EGLDisplay display)
                                      EGL_LOSE_CONTEXT_ON_RESET_EXT, EGL_NONE };
     static const EGLint plain[] = { EGL_CONTEXT_MAJOR_VERSION, 3, EGL_NONE };
     if (display == EGL_NO_DISPLAY || !gl->egl_Initialize(display, NULL, NULL))
-        return "there is no EGL display without a screen on this machine";
+        return "no graphics driver of this machine works without a screen";
     gl->egl_BindAPI(EGL_OPENGL_ES_API);
     gl->display = display;
     if (has(gl->egl_QueryString(display, EGL_EXTENSIONS), "EGL_EXT_create_context_robustness"))
@@ -98,14 +98,15 @@ static const char *open_best(pv_gl *gl)
         displays[i] = gl->egl_GetPlatformDisplay(EGL_PLATFORM_DEVICE_EXT, devices[i], NULL);
     displays[count++] = gl->egl_GetPlatformDisplay(EGL_PLATFORM_SURFACELESS_MESA, (void *)EGL_DEFAULT_DISPLAY, NULL);
     displays[count++] = gl->egl_GetDisplay(EGL_DEFAULT_DISPLAY);
-    const char *reason = NULL;
+    const char *first = NULL;
     for (EGLint i = 0; i < count; i++) {
-        reason = open_on(gl, displays[i]);
+        const char *reason = open_on(gl, displays[i]);
         if (!reason)
             return NULL;
         destroy_context(gl);
+        first = first ? first : reason;
     }
-    return reason;
+    return first;
 }
 
 static pv_gl_host remember(const pv_gl *gl)

@@ -51,6 +51,7 @@ typedef struct raster {
     uint32_t *labels;        /* of the tile, as seen */
     uint8_t *worst;          /* for each CPU tile, the greatest distance of a pixel in px, rounded up; or UNPROVEN */
     int64_t found[UINT8_MAX + 1]; /* CPU tiles of this pass, by their worst */
+    int64_t tiles, mended;        /* CPU tiles since the engine was opened, and those that were unproven */
 } raster;
 
 static int32_t min(int32_t a, int32_t b)
@@ -282,23 +283,24 @@ static void collect_task(void *data, int32_t ty, int32_t worker)
     }
 }
 
-/* Are so many CPU tiles unproven that a greater margin is worth it? */
-static int too_many_fail(const raster *r, const tile *t)
+static int32_t unproven(const raster *r, int32_t tiles)
 {
-    int32_t tiles = cpu_tiles(t->width) * cpu_tiles(t->height), failed = 0;
+    int32_t count = 0;
     for (int32_t i = 0; i < tiles; i++)
-        failed += r->worst[i] > r->margin;
-    return failed > tiles / FEW && r->margin < r->most;
+        count += r->worst[i] > r->margin;
+    return count;
 }
 
+/* Draws the tile until few enough CPU tiles are unproven. */
 static pave_result see(pave_context *context, raster *r, job *j, double done)
 {
+    int32_t tiles = cpu_tiles(j->t->width) * cpu_tiles(j->t->height);
     pave_result result;
     for (;;) {
         result = draw(context, r, j->t, done);
         if (!result)
             result = pv_parallel(context, cpu_tiles(j->t->height), measure_task, j, done, done);
-        if (result || !too_many_fail(r, j->t))
+        if (result || r->margin == r->most || unproven(r, tiles) <= tiles / FEW)
             return result;
         r->margin = min(2 * r->margin, r->most);
     }
@@ -317,6 +319,8 @@ static pave_result label_tile(pave_context *context, raster *r, const tile *t, i
         return result;
     for (int32_t i = 0; i < tiles; i++)
         r->found[r->worst[i]]++;
+    r->tiles += tiles;
+    r->mended += unproven(r, tiles);
     return pv_parallel(context, cpu_tiles(t->height), collect_task, &j, from, to);
 }
 
@@ -372,6 +376,12 @@ static pave_result gles_sites(pave_context *context, void *engine, pave_site *si
     (void)context;
     memcpy(sites, r->cpu->sites, (size_t)r->cpu->plane.sites * sizeof *sites);
     return PAVE_OK;
+}
+
+double pv_gles_mended(const void *engine)
+{
+    const raster *r = engine;
+    return (double)r->mended / (double)r->tiles;
 }
 
 static void gles_close(void *engine)
