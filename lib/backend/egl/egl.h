@@ -70,5 +70,6 @@ const char *pv_gl_program(pv_gl *gl);
 /* list.c */
 void pv_gles_list(pave_context *context, pave_device *devices, int32_t capacity, int32_t *count);
 
-/* raster.c: the share of the plane that the CPU had to label so far, 0..1. It would hide a device that draws nothing. */
+/* raster.c: the share of the plane that the CPU had to label so far, 0..1, for tests: it would hide a device that draws
+ * nothing. */
 double pv_gles_mended(const void *engine);
