@@ -25,7 +25,7 @@ enum {
     SLACK = 8,           /* more than the metric's errors within its narrow range, twice: 1/256 px */
     SPREAD = 32,         /* the same, and two subpixels of 1/16 px by which a corner may be drawn off its place */
     UNPROVEN = UINT8_MAX,
-    FEW = 32,            /* a tile is drawn again if more than one in so many CPU tiles fails */
+    FEW = 8,             /* a tile is drawn again if more than one in so many CPU tiles fails */
     RARE = 64,           /* the next step's margin would have failed in one CPU tile in so many */
 };
 
@@ -302,7 +302,7 @@ static pave_result see(pave_context *context, raster *r, job *j, double done)
             result = pv_parallel(context, cpu_tiles(j->t->height), measure_task, j, done, done);
         if (result || r->margin == r->most || unproven(r, tiles) <= tiles / FEW)
             return result;
-        r->margin = min(2 * r->margin, r->most);
+        r->margin = min(r->margin + r->margin / 2 + 1, r->most);
     }
 }
 
@@ -324,7 +324,8 @@ static pave_result label_tile(pave_context *context, raster *r, const tile *t, i
     return pv_parallel(context, cpu_tiles(t->height), collect_task, &j, from, to);
 }
 
-/* Sites move little from step to step: the margin that would have been right is right for the next. */
+/* Sites move little from step to step: the margin that would have been right is right for the next. Where it is not
+ * known it grows slowly, for at first the distances shrink by themselves. */
 static void adapt(raster *r)
 {
     int64_t all = 0, beyond = 0;
@@ -333,7 +334,7 @@ static void adapt(raster *r)
     int32_t px = UNPROVEN;
     for (; px > 1 && beyond + r->found[px] <= all / RARE; px--)
         beyond += r->found[px];
-    r->margin = min(px < UNPROVEN ? px : 2 * r->margin, r->most);
+    r->margin = min(px < UNPROVEN ? px : r->margin + r->margin / 4 + 1, r->most);
     memset(r->found, 0, sizeof r->found);
 }
 
@@ -485,7 +486,7 @@ static pave_result gles_open(pave_context *context, const pv_plane *plane, void 
         return result;
     }
     r->most = max((PV_METRIC_NARROW - r->cpu->reach - SLACK) / 256, 0);
-    r->margin = min(plane->cell / 256 + 1, r->most);
+    r->margin = min(3 * plane->cell / 1024 + 2, r->most);
     *engine = r;
     return PAVE_OK;
 }
