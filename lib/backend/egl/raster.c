@@ -21,7 +21,7 @@ enum {
     PIXELS = 1 << 20,
     MOST_SIDE = 4096,    /* px: floats hold places within a tile to 1/16 of the grid of sites */
     FRAGMENTS = 1 << 22,
-    RECORDS = 1 << 16,   /* sites in a slice */
+    RECORDS = 1 << 14,   /* sites in a slice */
     SLACK = 8,           /* more than the metric's errors within its narrow range, twice: 1/256 px */
     SPREAD = 32,         /* the same, and two subpixels of 1/16 px by which a corner may be drawn off its place */
     UNPROVEN = UINT8_MAX,
