@@ -34,8 +34,10 @@ echo "== all tests"
 build_pave "$root" "$root/build/test" -DCMAKE_BUILD_TYPE=Release -DPAVE_WERROR=ON
 run_tests "$root/build/test"
 
-# A driver is installed above, so the Vulkan tests have no excuse.
-if ! grep 'the Vulkan backend ran:' "$root/build/test/Testing/Temporary/LastTest.log"; then
-  echo "the Vulkan tests did not run" >&2
-  exit 1
-fi
+# Drivers are installed above, so the tests of the devices have no excuse.
+for device in Vulkan GLES; do
+  if ! grep "the $device backend ran:" "$root/build/test/Testing/Temporary/LastTest.log"; then
+    echo "the $device tests did not run" >&2
+    exit 1
+  fi
+done

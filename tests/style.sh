@@ -44,9 +44,9 @@ none "the library never prints, exits or touches the environment, the locale or 
 none "no global that can change" '^(static )?(int|int32_t|double|size_t|char|void \*)[a-z_ *]*(\[[^]]*\])?( = [^(]*)?;$' lib --include=*.c
 none "only one C++ file" '' --include=*.cc --include=*.cxx -l lib cli
 [ "$(find lib cli -name '*.cpp' | wc -l)" -eq 1 ] || complain "there is one C++ file: lib/io/oiio.cpp"
-none "no tabs" "$(printf '\t')" lib cli include shaders examples tests --include=*.[ch] --include=*.cpp --include=*.glsl --include=*.comp --include=*.sh --include=*.txt
-none "no space at the end of a line" ' +$' lib cli include shaders examples tests docs --include=*.[ch] --include=*.cpp --include=*.glsl --include=*.comp --include=*.sh --include=*.md --include=*.txt
-none "no line beyond 120 columns" '^.{121,}$' lib cli include shaders --include=*.[ch] --include=*.cpp --include=*.glsl --include=*.comp
+none "no tabs" "$(printf '\t')" lib cli include shaders examples tests --include=*.[ch] --include=*.cpp --include=*.glsl --include=*.comp --include=*.vert --include=*.frag --include=*.sh --include=*.txt
+none "no space at the end of a line" ' +$' lib cli include shaders examples tests docs --include=*.[ch] --include=*.cpp --include=*.glsl --include=*.comp --include=*.vert --include=*.frag --include=*.sh --include=*.md --include=*.txt
+none "no line beyond 120 columns" '^.{121,}$' lib cli include shaders --include=*.[ch] --include=*.cpp --include=*.glsl --include=*.comp --include=*.vert --include=*.frag
 for file in lib/*/*.c lib/*/*.h lib/*/*/*.c cli/*.c include/pave/*.h; do
   head -c 2 "$file" | grep -q '^/\*' || complain "$file does not begin with its purpose"
 done

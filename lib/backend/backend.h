@@ -52,6 +52,7 @@ typedef struct pv_backend {
 } pv_backend;
 
 extern const pv_backend pv_cpu_backend, pv_cpu_portable_backend, pv_cpu_reference_backend, pv_vulkan_compute_backend;
+extern const pv_backend pv_gles_backend;
 
 /* The backend of an id; NULL if it is not in this build. */
 const pv_backend *pv_backend_find(int32_t id);

@@ -1,4 +1,5 @@
-/* The CPU engine: sort the sites into buckets, label tile rows in parallel, move the sites. */
+/* The CPU engine: sort the sites into buckets, label tile rows in parallel, move the sites. Its frame serves raster
+ * engines too, which label most pixels elsewhere. */
 #include "backend/cpu.h"
 
 #include "base/parallel.h"
@@ -7,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-static void cpu_close(void *engine)
+void pv_cpu_close(void *engine)
 {
     pv_cpu *cpu = engine;
     if (!cpu)
@@ -57,7 +58,7 @@ static pave_result allocate(pave_context *context, pv_cpu *cpu)
     return result;
 }
 
-static pave_result open_with(pave_context *context, const pv_plane *plane, pv_label_row *kernel, void **engine)
+pave_result pv_cpu_open(pave_context *context, const pv_plane *plane, pv_label_row *kernel, void **engine)
 {
     pave_result result;
     pv_cpu *cpu = pv_allocate_zeroed(context, 1, sizeof *cpu, &result);
@@ -72,7 +73,7 @@ static pave_result open_with(pave_context *context, const pv_plane *plane, pv_la
     cpu->reach = pv_plane_reach(plane);
     result = allocate(context, cpu);
     if (result) {
-        cpu_close(cpu);
+        pv_cpu_close(cpu);
         return result;
     }
     memcpy(cpu->sites, plane->start, (size_t)plane->sites * sizeof *cpu->sites);
@@ -83,13 +84,13 @@ static pave_result open_with(pave_context *context, const pv_plane *plane, pv_la
 static pave_result reference_open(pave_context *context, const pv_plane *plane, void **engine, char *name)
 {
     snprintf(name, 128, "cpu-reference");
-    return open_with(context, plane, pv_label_row_reference, engine);
+    return pv_cpu_open(context, plane, pv_label_row_reference, engine);
 }
 
 static pave_result portable_open(pave_context *context, const pv_plane *plane, void **engine, char *name)
 {
     snprintf(name, 128, "cpu-portable");
-    return open_with(context, plane, pv_label_row_portable, engine);
+    return pv_cpu_open(context, plane, pv_label_row_portable, engine);
 }
 
 static int have_avx2(void)
@@ -107,11 +108,11 @@ static pave_result cpu_open(pave_context *context, const pv_plane *plane, void *
 #ifdef PV_AVX2
     if (have_avx2()) {
         snprintf(name, 128, "cpu (AVX2)");
-        return open_with(context, plane, pv_label_row_avx2, engine);
+        return pv_cpu_open(context, plane, pv_label_row_avx2, engine);
     }
 #endif
     snprintf(name, 128, "cpu");
-    return open_with(context, plane, pv_label_row_portable, engine);
+    return pv_cpu_open(context, plane, pv_label_row_portable, engine);
 }
 
 static int32_t bucket_of(const pv_cpu *cpu, const pave_site *site)
@@ -134,7 +135,7 @@ static void fill_columns(pv_cpu *cpu)
 }
 
 /* Counting sort; within a bucket the order of the indices stays. */
-static void sort_into_buckets(pv_cpu *cpu)
+void pv_cpu_sort(pv_cpu *cpu)
 {
     int32_t n = cpu->plane.sites, buckets = cpu->across * cpu->down;
     memset(cpu->first, 0, ((size_t)buckets + 1) * sizeof *cpu->first);
@@ -162,17 +163,15 @@ static void label_task(void *data, int32_t ty, int32_t worker)
 {
     label_job *job = data;
     pv_cpu *cpu = job->cpu;
-    int radius = cpu->label_row(cpu, ty, cpu->sums + (size_t)worker * (size_t)cpu->plane.sites, job->labels);
-    for (int known = atomic_load(&job->radius); radius > known;)
-        if (atomic_compare_exchange_weak(&job->radius, &known, radius))
-            break;
+    pv_sum *sums = cpu->sums + (size_t)worker * (size_t)cpu->plane.sites;
+    pv_raise(&job->radius, cpu->label_row(cpu, ty, sums, job->labels));
 }
 
 static pave_result label_all(pave_context *context, pv_cpu *cpu, int32_t *labels, double from, double to,
                              int32_t *radius)
 {
     label_job job = { .cpu = cpu, .labels = labels };
-    sort_into_buckets(cpu);
+    pv_cpu_sort(cpu);
     int32_t rows = (int32_t)pv_ceil_div(cpu->plane.height, PV_TILE);
     pave_result result = pv_parallel(context, rows, label_task, &job, from, to);
     *radius = atomic_load(&job.radius);
@@ -213,19 +212,22 @@ static void relax_task(void *data, int32_t chunk, int32_t worker)
     atomic_fetch_add(&job->moved, moved);
 }
 
-static pave_result cpu_step(pave_context *context, void *engine, int32_t iteration, double from, double to,
-                            pv_step *out)
+pave_result pv_cpu_relax(pave_context *context, pv_cpu *cpu, int32_t iteration, double from, double to, pv_step *out)
 {
-    pv_cpu *cpu = engine;
-    double middle = from + 0.9 * (to - from);
-    pave_result result = label_all(context, cpu, NULL, from, middle, &out->radius);
-    if (result)
-        return result;
     relax_job job = { .cpu = cpu, .iteration = iteration };
-    result = pv_parallel(context, (int32_t)pv_ceil_div(cpu->plane.sites, CHUNK), relax_task, &job, middle, to);
+    int32_t chunks = (int32_t)pv_ceil_div(cpu->plane.sites, CHUNK);
+    pave_result result = pv_parallel(context, chunks, relax_task, &job, from, to);
     out->empty = atomic_load(&job.empty);
     out->moved = atomic_load(&job.moved);
     return result;
+}
+
+static pave_result cpu_step(pave_context *context, void *engine, int32_t iteration, double from, double to,
+                            pv_step *out)
+{
+    double middle = from + 0.9 * (to - from);
+    pave_result result = label_all(context, engine, NULL, from, middle, &out->radius);
+    return result ? result : pv_cpu_relax(context, engine, iteration, middle, to, out);
 }
 
 static pave_result cpu_labels(pave_context *context, void *engine, double from, double to, int32_t *labels)
@@ -256,11 +258,11 @@ static void list_nothing(pave_context *context, pave_device *devices, int32_t ca
 }
 
 const pv_backend pv_cpu_backend = {
-    PAVE_BACKEND_CPU, cpu_open, cpu_step, cpu_labels, cpu_sites, cpu_close, cpu_list,
+    PAVE_BACKEND_CPU, cpu_open, cpu_step, cpu_labels, cpu_sites, pv_cpu_close, cpu_list,
 };
 const pv_backend pv_cpu_portable_backend = {
-    PAVE_BACKEND_CPU_PORTABLE, portable_open, cpu_step, cpu_labels, cpu_sites, cpu_close, list_nothing,
+    PAVE_BACKEND_CPU_PORTABLE, portable_open, cpu_step, cpu_labels, cpu_sites, pv_cpu_close, list_nothing,
 };
 const pv_backend pv_cpu_reference_backend = {
-    PAVE_BACKEND_CPU_REFERENCE, reference_open, cpu_step, cpu_labels, cpu_sites, cpu_close, list_nothing,
+    PAVE_BACKEND_CPU_REFERENCE, reference_open, cpu_step, cpu_labels, cpu_sites, pv_cpu_close, list_nothing,
 };

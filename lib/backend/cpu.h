@@ -44,11 +44,26 @@ pv_label_row pv_label_row_reference, pv_label_row_portable;
 pv_label_row pv_label_row_avx2;
 #endif
 
+/* The frame: `sites` begin as the plane's, pv_cpu_sort sorts them into the buckets, and pv_cpu_relax moves them by the
+ * sums of all workers, which it clears. */
+pave_result pv_cpu_open(pave_context *context, const pv_plane *plane, pv_label_row *kernel, void **engine);
+void pv_cpu_sort(pv_cpu *cpu);
+pave_result pv_cpu_relax(pave_context *context, pv_cpu *cpu, int32_t iteration, double from, double to, pv_step *out);
+void pv_cpu_close(void *engine);
+
 /* Labels the one tile whose first pixel is (x, y), and returns that bound. */
 int32_t pv_label_tile_portable(const pv_cpu *cpu, int32_t x, int32_t y, pv_sum *sums, int32_t *labels);
 
 /* The exact label of one pixel by a ring search over the buckets: the slow path for tiles with too many candidates. */
 int32_t pv_label_pixel(const pv_cpu *cpu, int32_t px, int32_t py);
+
+/* Raises a number that several threads look for the greatest of. */
+static inline void pv_raise(atomic_int *most, int value)
+{
+    for (int known = atomic_load(most); value > known;)
+        if (atomic_compare_exchange_weak(most, &known, value))
+            break;
+}
 
 /* Adds a run of pixels of one site to its sum. */
 static inline void pv_sum_add(pv_sum *sum, int64_t count, int64_t x, int64_t y)

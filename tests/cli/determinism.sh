@@ -7,9 +7,11 @@ pave=$build/bin/pave
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 backends="cpu cpu-portable"
-if "$pave" info | grep -q '^vulkan-compute *[^n]'; then
-  backends="$backends vulkan-compute"
-fi
+for device in vulkan-compute gles; do
+  if "$pave" info | grep -q "^$device *[^n]"; then
+    backends="$backends $device"
+  fi
+done
 echo "backends: $backends"
 failed=0
 lay() { "$pave" lay "$root/examples/drawings/copacabana.png" --quiet "$@"; }

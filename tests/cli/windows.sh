@@ -47,9 +47,11 @@ compare 2 2 --half-side 4
 compare 5 3 --half-side 2 --iterations 4
 compare 3 1 --half-side 1.7 --iterations 3 --passes 0 --grout 0
 compare 2 2 --half-side 2.5 --iterations 5 --metric euclid --seed 9 --threads 7 --backend cpu-portable
-if "$pave" info | grep -q '^vulkan-compute *[^n]'; then
-  compare 3 2 --half-side 2 --iterations 4 --backend vulkan-compute
-fi
+for backend in vulkan-compute vulkan-raster gles; do
+  if "$pave" info | grep "^$backend " | grep -qv 'not usable'; then
+    compare 3 1 --half-side 2 --iterations 3 --backend $backend
+  fi
+done
 
 # A merge knows what does not belong together
 spoil() { # spoil STATUS WORDS PART...

@@ -1,0 +1,13 @@
+# Writes the text of each of SOURCES as a C string, pv_essl_ and the file's last ending, to HEADER.
+set(text)
+foreach(source ${SOURCES})
+  file(READ ${source} lines)
+  string(REGEX REPLACE "\n$" "" lines "${lines}")
+  string(REPLACE "\\" "\\\\" lines "${lines}")
+  string(REPLACE "\"" "\\\"" lines "${lines}")
+  string(REPLACE "\n" "\\n\"\n    \"" lines "${lines}")
+  get_filename_component(stage ${source} LAST_EXT)
+  string(SUBSTRING ${stage} 1 -1 stage)
+  string(APPEND text "static const char pv_essl_${stage}[] =\n    \"${lines}\\n\";\n")
+endforeach()
+file(WRITE ${HEADER} "${text}")
