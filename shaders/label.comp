@@ -106,8 +106,8 @@ void main()
     lane = int(gl_LocalInvocationIndex) % LANES;
     neighbour = int(gl_SubgroupInvocationID) - lane;
     int at = int(gl_WorkGroupID.x) * (64 / LANES) + int(gl_LocalInvocationIndex) / LANES;
-    int tile = plane.base + at, head = at * (plane.capacity + 1);
-    ivec2 origin = ivec2(tile % plane.tiles_across, tile / plane.tiles_across) * TILE;
+    int head = at * (plane.capacity + 1);
+    ivec2 origin = corner(at);
     int n = at < plane.count ? max(list[head], 0) : 0, most = subgroupMax(n);
 
     decide(origin, head, n, most);

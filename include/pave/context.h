@@ -35,7 +35,9 @@ enum {
     PAVE_BACKEND_CPU = 1,            /* tiles with candidate lists; AVX2 where the processor has it */
     PAVE_BACKEND_CPU_PORTABLE = 2,   /* the same without AVX2 */
     PAVE_BACKEND_CPU_REFERENCE = 3,  /* every site for every pixel: the definition, for tests */
-    PAVE_BACKEND_VULKAN_COMPUTE = 4  /* Vulkan compute shaders on any device with 64-bit integers */
+    PAVE_BACKEND_VULKAN_COMPUTE = 4, /* Vulkan compute shaders on any device with 64-bit integers */
+    PAVE_BACKEND_VULKAN_RASTER = 5,  /* Vulkan's rasteriser and depth buffer, the paper's own way */
+    PAVE_BACKEND_GLES = 6            /* the same with OpenGL ES */
 };
 
 /* Upper bounds, checked before anything of the size is allocated. A job beyond them ends in PAVE_ERR_LIMIT. */

@@ -49,7 +49,8 @@ typedef struct pv_backend {
     void (*list)(pave_context *context, pave_device *devices, int32_t capacity, int32_t *count);
 } pv_backend;
 
-extern const pv_backend pv_cpu_backend, pv_cpu_portable_backend, pv_cpu_reference_backend, pv_vulkan_compute_backend;
+extern const pv_backend pv_cpu_backend, pv_cpu_portable_backend, pv_cpu_reference_backend;
+extern const pv_backend pv_vulkan_compute_backend, pv_vulkan_raster_backend;
 
 /* The backend of an id; NULL if it is not in this build. */
 const pv_backend *pv_backend_find(int32_t id);

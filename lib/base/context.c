@@ -23,7 +23,7 @@ static const pv_param limit_rows[] = {
 
 static const pv_param context_rows[] = {
     PV_INTEGER(pave_context_params, threads, "", 0, 1024, "threads to work with; 0: one for each processor"),
-    PV_CHOICE(pave_context_params, backend, "auto|cpu|cpu-portable|cpu-reference|vulkan-compute",
+    PV_CHOICE(pave_context_params, backend, "auto|cpu|cpu-portable|cpu-reference|vulkan-compute|vulkan-raster|gles",
               "engine for the Voronoi diagram; all give the same bytes"),
 };
 
