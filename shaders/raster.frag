@@ -16,7 +16,7 @@ layout(location = 0) out uint label;
 
 void main()
 {
-    ivec2 p = 256 * (corner(0) + ivec2(gl_FragCoord.xy)) + 128;
+    ivec2 p = 256 * ivec2(gl_FragCoord.xy) + 128;
     Site s = Site(place, ivec4(shape, 0));
     uint d2 = NARROW ? metric_narrow(s, p) : uint(min(metric(s, p.x, p.y), uint64_t(FARTHEST)));
     label = uint(shape.z);

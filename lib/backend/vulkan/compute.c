@@ -7,11 +7,10 @@
 
 static void label_band(pv_vk_engine *e, int32_t base, int32_t count)
 {
-    int32_t lanes = e->vk.subgroup < PV_VK_TILE ? (int32_t)e->vk.subgroup : PV_VK_TILE;
     e->plane.block = base;
     pv_vk_clear_queue(e);
     pv_vk_dispatch(e, PV_VK_LIST, 0, count, PV_VK_GROUP);
-    pv_vk_dispatch(e, PV_VK_LABEL, 0, count, PV_VK_GROUP / lanes);
+    pv_vk_dispatch(e, PV_VK_LABEL, 0, count, PV_VK_GROUP / pv_vk_lanes(&e->vk));
     pv_vk_label_queued(e);
 }
 

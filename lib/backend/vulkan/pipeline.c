@@ -130,13 +130,18 @@ VkResult pv_vk_shader_create(pv_vk *vk, const uint32_t *words, size_t bytes, VkS
     return vk->CreateShaderModule(vk->device, &info, NULL, module);
 }
 
+int32_t pv_vk_lanes(const pv_vk *vk)
+{
+    return vk->subgroup < 8 ? (int32_t)vk->subgroup : 8;
+}
+
 static VkResult create_pipeline(pv_vk *vk, const shader *code, VkPipelineLayout layout, VkPipeline *pipeline)
 {
     VkShaderModule module;
     VkResult result = pv_vk_shader_create(vk, code->words, code->bytes, &module);
     if (result)
         return result;
-    int32_t lanes = vk->subgroup < 8 ? (int32_t)vk->subgroup : 8; /* label.comp */
+    int32_t lanes = pv_vk_lanes(vk);
     VkSpecializationMapEntry entry = { 0, 0, sizeof lanes };
     VkSpecializationInfo special = { 1, &entry, sizeof lanes, &lanes };
     VkComputePipelineCreateInfo info = {

@@ -61,7 +61,7 @@ static void draw_block(raster *r)
     for (int32_t chunk = 0; chunk < r->chunks; chunk++)
         draw_chunk(r, chunk);
     pv_vk_target_end(&r->e.vk);
-    pv_vk_dispatch(&r->e, PV_VK_GATHER, 0, plane->columns * plane->rows, 1);
+    pv_vk_dispatch(&r->e, PV_VK_GATHER, 0, plane->columns * plane->rows, PV_VK_GROUP / pv_vk_lanes(&r->e.vk));
 }
 
 /* Draws the tiles of the block that are not done, and tells how many are still not. */

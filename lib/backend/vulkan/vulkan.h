@@ -125,6 +125,8 @@ typedef struct pv_vk_pipelines {
  * texels, after them all. Of the shaders of one engine only, those are made that the queue's work asks for. */
 pave_result pv_vk_pipelines_create(pave_context *context, pv_vk *vk, const pv_vk_buffer buffers[PV_VK_BUFFERS],
                                    int texels, uint32_t push_bytes, pv_vk_pipelines *pipelines);
+/* How many invocations share a tile: shaders/tile.glsl. */
+int32_t pv_vk_lanes(const pv_vk *vk);
 void pv_vk_pipelines_destroy(pv_vk *vk, pv_vk_pipelines *pipelines);
 VkResult pv_vk_shader_create(pv_vk *vk, const uint32_t *words, size_t bytes, VkShaderModule *module);
 /* For PV_VK_GATHER. */
