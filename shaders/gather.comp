@@ -18,13 +18,13 @@ layout(set = 0, binding = 13) uniform texture2D depth_image;
 int fetch(ivec2 origin)
 {
     int most = 0;
-    ivec2 texel = origin - corner(0);
+    ivec2 block = corner(0);
     for (int q = 0; q < QUADS; q++)
         for (int i = 0; i < 4; i++) {
-            ivec2 t = texel + first_of(q) + ivec2(i, 0);
-            int d2 = int(floatBitsToUint(texelFetch(depth_image, t, 0).x) - NEAREST);
-            owner[q][i] = int(texelFetch(label_image, t, 0).x);
-            most = max(most, origin.x - texel.x + t.x < plane.width && origin.y - texel.y + t.y < plane.height ? d2 : 0);
+            ivec2 pixel = origin + first_of(q) + ivec2(i, 0);
+            int d2 = int(floatBitsToUint(texelFetch(depth_image, pixel - block, 0).x) - NEAREST);
+            owner[q][i] = int(texelFetch(label_image, pixel - block, 0).x);
+            most = max(most, pixel.x < plane.width && pixel.y < plane.height ? d2 : 0);
         }
     for (int step = 1; step < LANES; step *= 2)
         most = max(most, subgroupShuffleXor(most, uint(step)));

@@ -7,9 +7,11 @@ pave=$build/bin/pave
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 backends="cpu cpu-portable"
-if "$pave" info | grep -q '^vulkan-compute *[^n]'; then
-  backends="$backends vulkan-compute"
-fi
+for backend in vulkan-compute vulkan-raster; do
+  if "$pave" info | grep -q "^$backend *[^n]"; then
+    backends="$backends $backend"
+  fi
+done
 echo "backends: $backends"
 failed=0
 lay() { "$pave" lay "$root/examples/drawings/copacabana.png" --quiet "$@"; }

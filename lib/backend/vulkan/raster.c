@@ -10,7 +10,6 @@
 #include "util/fixed.h"
 
 #include <stdio.h>
-#include <string.h>
 
 enum {
     SIDE = 256,               /* most tiles of a block in x and y */
@@ -18,7 +17,7 @@ enum {
     MOST_MARGIN = 126 * 256,  /* shaders/metric.glsl: FARTHEST */
     GUARD = 64,               /* what is drawn beyond the margin */
     MANY = 8,                 /* a block is drawn again where more than 1 / MANY of its tiles are left */
-    FEW = 256,                /* margins are chosen so that 1 / FEW are */
+    FEW = 64,                 /* margins are chosen so that 1 / FEW are */
     SEARCH_COST = 8,          /* of a pixel, in pixels drawn */
 };
 
@@ -28,11 +27,16 @@ typedef struct raster {
     int32_t chunks;
 } raster;
 
+static int32_t less(int32_t a, int32_t b)
+{
+    return a < b ? a : b;
+}
+
 /* The metric rounds by up to PV_METRIC_SLACK and 2^-14 of the way, rasterisers move a corner by up to 1/16 px in x and
  * in y, floats are exact to 2^-22 of a box or a block: in all less than GUARD and 2^-12 of the box. */
 static void set_margin(pv_vk_parameters *plane, int32_t margin)
 {
-    plane->margin = margin < MOST_MARGIN ? margin : MOST_MARGIN;
+    plane->margin = less(margin, MOST_MARGIN);
     plane->grown = plane->margin + GUARD + (plane->reach >> 12);
 }
 
@@ -132,17 +136,16 @@ static pave_result label_blocks(pv_vk_pass *p, int32_t *labels)
 {
     raster *r = (raster *)p->e;
     pv_vk_parameters *plane = &p->e->plane;
-    int32_t across = plane->tiles_across, down = p->e->tiles / across, width = (int32_t)r->target.size.width / PV_VK_TILE;
-    int32_t height = (int32_t)r->target.size.height / PV_VK_TILE;
+    int32_t across = plane->tiles_across, down = p->e->tiles / across;
+    int32_t width = (int32_t)r->target.size.width / PV_VK_TILE, height = (int32_t)r->target.size.height / PV_VK_TILE;
     plane->write = labels != NULL;
     pave_result result = pv_vk_over(p, PV_VK_BOUNDS, r->chunks, 1, PV_VK_CHUNK);
     for (int32_t x = 0; x < across && !result; x += width)
         for (int32_t y = 0; y < down && !result; y += plane->rows) {
-            int32_t fit = pv_vk_slice(p, PV_VK_BAND, PV_VK_BAND, PIXELS) / width, most = down - y;
-            most = most < height ? most : height;
+            int32_t fit = pv_vk_slice(p, PV_VK_BAND, PV_VK_BAND, PIXELS) / width;
             plane->block = y * across + x;
-            plane->columns = across - x < width ? across - x : width;
-            plane->rows = fit < 1 ? 1 : fit < most ? fit : most;
+            plane->columns = less(width, across - x);
+            plane->rows = less(less(height, down - y), fit < 1 ? 1 : fit);
             result = label_block(p, labels);
         }
     return result ? result : adapt(p);
@@ -158,12 +161,7 @@ static void raster_close(void *engine)
     pv_release(r);
 }
 
-static int32_t less(int32_t a, int32_t b)
-{
-    return a < b ? a : b;
-}
-
-/* Blocks of equal width, all of them together as large as a band of tiles. */
+/* Blocks of equal width, none larger than a band of tiles, nor than any device can draw to. */
 static VkExtent2D block_size(const pv_vk_engine *e)
 {
     int32_t across = e->plane.tiles_across, down = e->tiles / across;
