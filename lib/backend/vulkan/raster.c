@@ -179,7 +179,7 @@ static pave_result set_up(pave_context *context, raster *r, const pv_plane *plan
     if (!result)
         pv_vk_bind_images(&e->vk, &e->pipelines, &r->target.label, &r->target.depth);
     r->chunks = (int32_t)pv_ceil_div(plane->sites, PV_VK_CHUNK);
-    set_margin(&e->plane, less(plane->cell, MOST_MARGIN) * 3 / 2);
+    set_margin(&e->plane, plane->cell);
     return result;
 }
 
