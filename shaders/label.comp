@@ -1,27 +1,14 @@
 // Labels the tiles for which 32 bits are enough, and adds their pixels to the sums of their sites.
 //
-// A tile is shared by LANES invocations that lie side by side in a subgroup; each has ROWS rows of 8 pixels. Each lane
-// fetches one candidate at a time and the lanes hand them round, for fetching costs more than the metric itself.
-// Control flow is the same throughout a subgroup: a lane without work repeats its last candidate, to no effect.
+// Each lane fetches one candidate at a time and the lanes hand them round, for fetching costs more than the metric
+// itself. A lane without work repeats its last candidate, to no effect.
 #version 450
 #extension GL_GOOGLE_include_directive : require
-#extension GL_KHR_shader_subgroup_arithmetic : require
-#extension GL_KHR_shader_subgroup_shuffle : require
 #include "plane.glsl"
 #include "metric.glsl"
+#include "tile.glsl"
 
-layout(constant_id = 0) const int LANES = 8; // 8, or less if the subgroups are smaller
-const int ROWS = 8 / LANES, QUADS = 2 * ROWS;
-
-layout(local_size_x = 64) in;
-
-ivec4 least[QUADS], owner[QUADS];
-int lane, neighbour; // among the tile's lanes; of the tile's first lane in the subgroup
-
-int from_lane(int v, int k)
-{
-    return subgroupShuffle(v, uint(neighbour + k));
-}
+ivec4 least[QUADS];
 
 // One candidate against the pixels of this lane: `metric` in 32 bits, modulo 2^32 until the shift.
 void offer(int u0, int v0, int c, int s, int half_x, int half_y, int index)
@@ -62,26 +49,6 @@ void decide(ivec2 origin, int head, int n, int most)
     }
 }
 
-// Pixels outside the plane belong to nobody.
-void drop_outside(ivec2 origin)
-{
-    for (int q = 0; q < QUADS; q++) {
-        bool inside = origin.y + lane * ROWS + q / 2 < plane.height;
-        for (int i = 0; i < 4; i++)
-            owner[q][i] = inside && origin.x + q % 2 * 4 + i < plane.width ? owner[q][i] : -1;
-    }
-}
-
-// Pixels of this lane that belong to a site: 8 bits of their number, 12 each of the sums of their x and y in the tile.
-int owned(int index)
-{
-    int sum = 0;
-    for (int q = 0; q < QUADS; q++)
-        for (int i = 0; i < 4; i++)
-            sum += owner[q][i] == index ? 1 + ((q % 2 * 4 + i) << 8) + ((lane * ROWS + q / 2) << 20) : 0;
-    return sum;
-}
-
 void collect(ivec2 origin, int head, int n, int most)
 {
     for (int chunk = 0; chunk < most; chunk += LANES) {
@@ -89,25 +56,17 @@ void collect(ivec2 origin, int head, int n, int most)
         int mine = 0;
         for (int k = 0; k < min(LANES, most - chunk); k++) {
             int part = owned(from_lane(s.shape.z, k));
-            for (int step = 1; step < LANES; step *= 2)
-                part += subgroupShuffleXor(part, uint(step));
             mine = lane == k ? part : mine;
         }
-        if (chunk + lane >= n || mine == 0)
-            continue;
-        ivec2 d = origin - (s.place.xy >> 8) + 128;
-        int count = mine & 255, x = (mine >> 8 & 4095) + count * d.x, y = (mine >> 20) + count * d.y;
-        atomicAdd(sum[s.shape.z].near, uint64_t(count) | uint64_t(x) << 16 | uint64_t(y) << 40);
+        if (chunk + lane < n && mine != 0)
+            add_near(s.shape.z, mine, origin, s.place.xy);
     }
 }
 
 void main()
 {
-    lane = int(gl_LocalInvocationIndex) % LANES;
-    neighbour = int(gl_SubgroupInvocationID) - lane;
-    int at = int(gl_WorkGroupID.x) * (64 / LANES) + int(gl_LocalInvocationIndex) / LANES;
-    int tile = plane.base + at, head = at * (plane.capacity + 1);
-    ivec2 origin = ivec2(tile % plane.tiles_across, tile / plane.tiles_across) * TILE;
+    int at = share_tiles(), head = at * (plane.capacity + 1);
+    ivec2 origin = corner(at);
     int n = at < plane.count ? max(list[head], 0) : 0, most = subgroupMax(n);
 
     decide(origin, head, n, most);

@@ -57,8 +57,7 @@ void main()
     int at = int(gl_GlobalInvocationID.x);
     if (at >= plane.count)
         return;
-    int tile = plane.base + at;
-    ivec2 p = 256 * (ivec2(tile % plane.tiles_across, tile / plane.tiles_across) * TILE + TILE / 2);
+    ivec2 p = 256 * (corner(at) + TILE / 2);
     head = at * (plane.capacity + 1);
     for (int ring = 1; least == UNKNOWN && !lost; ring *= 2)
         search_box(square(p, ring), p);

@@ -13,6 +13,18 @@ uint64_t metric(const Site s, int x, int y)
     return uint64_t(u * u) + uint64_t(v * v);
 }
 
+// The same in 32 bits, for points within 127 px of the site.
+uint metric_narrow(const Site s, ivec2 p)
+{
+    ivec2 d = p - s.place.xy;
+    int u = (d.x * s.place.z + d.y * s.place.w + 32768) >> 16, v = (d.y * s.place.z - d.x * s.place.w + 32768) >> 16;
+    uvec2 w = uvec2(max(abs(ivec2(u, v)) - s.shape.xy, 0));
+    return w.x * w.x + w.y * w.y;
+}
+
+// A squared distance is kept as a depth, from NEAREST on; 1, the farthest depth, is beyond FARTHEST.
+const uint NEAREST = 0x00800000u, FARTHEST = 0x3effffffu;
+
 // The true distance, but for 2^-20 of the way: for bounds only.
 float metric_about(const Site s, ivec2 p)
 {

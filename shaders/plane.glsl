@@ -1,38 +1,20 @@
-// What every shader of the engine knows: the parameters and the buffers. The GLSL twin of lib/backend/vulkan/compute.c.
-#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
+// The buffers that the shaders share.
 #extension GL_EXT_shader_atomic_int64 : require
-
-layout(push_constant, std430) uniform Plane {
-    int width, height, sites; // px, px, number
-    int origin_x, origin_y;   // of the corner in the whole plane, 1/256 px
-    int cell;                 // side of the home lattice's cells and of the buckets, 1/256 px
-    int across, down;         // buckets in x and y
-    int tiles_across;
-    int reach;                // the greatest distance from a site to the corner of its box
-    int capacity;             // of a tile's candidate list
-    int edge_shift;           // -1: no edges
-    int push_within, push_to;
-    int noise_wave, noise_swing;
-    uint noise_key, seed_low, seed_high;
-    int iteration;
-    int base, count;          // the sites or tiles of this dispatch
-    int write;                // labels are wanted, not sums
-    int patience;             // rounds that a search may take
-} plane;
-
-const int INT_MAX = 0x7fffffff;
-
-// A site, and its index while it lies in bucket order.
-struct Site {
-    ivec4 place; // x, y, cosine, sine
-    ivec4 shape; // half_x, half_y, index
-};
+#include "parameters.glsl"
 
 // The pixels of a cell. Those within 127 px of the site are counted in `near`, as one number: 16 bits of count, 24 of
 // x - site.x + 128 and 24 of y - site.y + 128, all in whole px. A disc of 127 px has too few pixels to overflow them.
 struct Sum {
     uint64_t near;
     uint64_t count, x, y;
+};
+
+const int CHUNK = 1024;
+
+// Sites that are drawn, or left out, together: where they lie, and how they are drawn (VkDrawIndirectCommand).
+struct Chunk {
+    ivec2 low, high;
+    uint vertices, instances, first_vertex, first_instance;
 };
 
 layout(std430, set = 0, binding = 0) buffer Sites { int site[]; };  // 6 a site: pave_site
@@ -47,13 +29,12 @@ layout(std430, set = 0, binding = 5) buffer Lists { int list[]; };
 // Groups to dispatch, and the tiles of the band that `wide` has to label.
 layout(std430, set = 0, binding = 6) buffer Queue { uint queued, groups_y, groups_z, queue[]; };
 layout(std430, set = 0, binding = 7) buffer Labels { ivec4 labels[]; }; // 16 a tile of the band, row by row
-layout(std430, set = 0, binding = 8) buffer Totals {
-    uint total_sorted, total_empty, total_moved, total_lost, total_radius;
-};
-layout(std430, set = 0, binding = 9) buffer Edge { uint two[]; } edge[4]; // 2 px a word, 2^26 px a part
+layout(std430, set = 0, binding = 8) buffer Totals { uint total_sorted, total_empty, total_moved, total_lost, far[]; };
+layout(std430, set = 0, binding = 9) buffer Chunks { Chunk chunk[]; };
+layout(std430, set = 0, binding = 10) buffer Edge { uint two[]; } edge[4]; // 2 px a word, 2^26 px a part
 
 // `sorted` again, to read: drivers on processors fetch texels much faster than they load from buffers.
-layout(set = 0, binding = 10) uniform isamplerBuffer sorted_texels;
+layout(set = 0, binding = 11) uniform isamplerBuffer sorted_texels;
 
 Site sorted_site(uint i)
 {

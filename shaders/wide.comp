@@ -58,9 +58,8 @@ void collect(ivec2 origin, int me)
 void main()
 {
     int at = int(queue[gl_WorkGroupID.x]), me = int(gl_LocalInvocationIndex);
-    int tile = plane.base + at, head = at * (plane.capacity + 1), n = abs(list[head]);
-    ivec2 origin = ivec2(tile % plane.tiles_across, tile / plane.tiles_across) * TILE;
-    ivec2 pixel = origin + ivec2(me % TILE, me / TILE), p = 256 * pixel + 128;
+    int head = at * (plane.capacity + 1), n = abs(list[head]);
+    ivec2 origin = corner(at), pixel = origin + ivec2(me % TILE, me / TILE), p = 256 * pixel + 128;
 
     if (n > plane.capacity)
         search(p);

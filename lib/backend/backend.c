@@ -15,6 +15,7 @@ static const pv_backend *const backends[] = {
     &pv_cpu_reference_backend,
 #ifdef PAVE_HAVE_VULKAN
     &pv_vulkan_compute_backend,
+    &pv_vulkan_raster_backend,
 #endif
 #ifdef PAVE_HAVE_EGL
     &pv_gles_backend,

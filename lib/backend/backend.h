@@ -51,7 +51,8 @@ typedef struct pv_backend {
     void (*list)(pave_context *context, pave_device *devices, int32_t capacity, int32_t *count);
 } pv_backend;
 
-extern const pv_backend pv_cpu_backend, pv_cpu_portable_backend, pv_cpu_reference_backend, pv_vulkan_compute_backend;
+extern const pv_backend pv_cpu_backend, pv_cpu_portable_backend, pv_cpu_reference_backend;
+extern const pv_backend pv_vulkan_compute_backend, pv_vulkan_raster_backend;
 extern const pv_backend pv_gles_backend;
 
 /* The backend of an id; NULL if it is not in this build. */

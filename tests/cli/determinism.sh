@@ -7,7 +7,7 @@ pave=$build/bin/pave
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 backends="cpu cpu-portable"
-for device in vulkan-compute gles; do
+for device in vulkan-compute vulkan-raster gles; do
   if "$pave" info | grep -q "^$device *[^n]"; then
     backends="$backends $device"
   fi

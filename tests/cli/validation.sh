@@ -3,7 +3,8 @@
 set -eu
 root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
 pave=$build/bin/pave
-if ! "$pave" info | grep -q '^vulkan-compute *[^n]'; then
+backends=$("$pave" info | sed -n 's/^\(vulkan-[a-z]*\) *[^n ].*/\1/p' | sort -u)
+if [ -z "$backends" ]; then
   echo "skipped: no usable Vulkan device"
   exit 77
 fi
@@ -16,11 +17,13 @@ if ! grep -qi 'khronos_validation' "$work/loaded"; then
   echo "skipped: the validation layer is not installed"
   exit 77
 fi
-for half_side in 2 4 40; do
-  "$pave" lay "$root/examples/drawings/copacabana.png" --backend vulkan-compute --half-side $half_side --iterations 3 \
-    --quiet -o "$work/x.svg" >"$work/said" 2>&1
-  if [ -s "$work/said" ]; then
-    cat "$work/said" >&2
-    exit 1
-  fi
+for backend in $backends; do
+  for half_side in 2 4 40; do
+    "$pave" lay "$root/examples/drawings/copacabana.png" --backend "$backend" --half-side $half_side --iterations 3 \
+      --quiet -o "$work/x.svg" >"$work/said" 2>&1
+    if [ -s "$work/said" ]; then
+      cat "$work/said" >&2
+      exit 1
+    fi
+  done
 done

@@ -1,4 +1,4 @@
-/* The Vulkan engine gives the same labels and sites as the CPU, bit for bit. */
+/* The Vulkan engines give the same labels and sites as the CPU, bit for bit. */
 #include "backend/backend.h"
 #include "backend/vulkan/compute.h"
 #include "util/random.h"
@@ -113,19 +113,28 @@ static outcome solve(pave_context *context, const pv_backend *backend, const pv_
     return o;
 }
 
-static char ran_on[128]; /* told at the end: tests/run.sh looks for it */
+enum { ENGINES = 2 };
+static const pv_backend *const engines[ENGINES] = { &pv_vulkan_compute_backend, &pv_vulkan_raster_backend };
+static char ran_on[ENGINES][128]; /* told at the end: tests/run.sh looks for it */
+
+static void assert_same(const outcome *a, const outcome *b, const pv_plane *plane)
+{
+    assert_memory_equal(a->labels, b->labels, (size_t)plane->width * (size_t)plane->height * sizeof *a->labels);
+    assert_memory_equal(a->sites, b->sites, (size_t)plane->sites * sizeof *a->sites);
+    assert_int_equal(a->empty, b->empty);
+    assert_int_equal(a->moved, b->moved);
+}
 
 static void compare(pave_context *context, const pv_backend *other, problem p, int32_t iterations)
 {
     outcome a = solve(context, other, &p.plane, iterations);
-    outcome b = solve(context, &pv_vulkan_compute_backend, &p.plane, iterations);
-    snprintf(ran_on, sizeof ran_on, "%s", b.name);
-    assert_memory_equal(a.labels, b.labels, (size_t)p.plane.width * (size_t)p.plane.height * sizeof *a.labels);
-    assert_memory_equal(a.sites, b.sites, (size_t)p.plane.sites * sizeof *a.sites);
-    assert_int_equal(a.empty, b.empty);
-    assert_int_equal(a.moved, b.moved);
+    for (int k = 0; k < ENGINES; k++) {
+        outcome b = solve(context, engines[k], &p.plane, iterations);
+        snprintf(ran_on[k], sizeof ran_on[k], "%s", b.name);
+        assert_same(&a, &b, &p.plane);
+        free(b.labels), free(b.sites);
+    }
     free(a.labels), free(a.sites);
-    free(b.labels), free(b.sites);
     forget(&p);
 }
 
@@ -150,17 +159,18 @@ static int close_context(void **state)
 {
     (void)state;
     pave_context_free(&context);
-    if (*ran_on)
-        print_message("the Vulkan backend ran: %s\n", ran_on);
+    for (int k = 0; k < ENGINES; k++)
+        if (*ran_on[k])
+            print_message("the Vulkan backend ran: %s\n", ran_on[k]);
     return 0;
 }
 
-/* Skips, and says why, where there is no device. Where there is one, all must work. */
+/* Skips, and says why, where there is no device that can draw. Where there is one, all must work. */
 static void need_device(void)
 {
     pave_device devices[16] = { 0 };
     int32_t count = 0;
-    pv_vulkan_list(context, devices, 16, &count);
+    pv_vulkan_raster_backend.list(context, devices, 16, &count);
     assert_true(count > 0);
     for (int32_t i = 0; i < count && i < 16; i++)
         if (devices[i].usable)
@@ -172,14 +182,16 @@ static void need_device(void)
 static void lists_devices(void **state)
 {
     (void)state;
-    pave_device devices[16] = { 0 };
-    int32_t count = 0, all = 0;
-    pv_vulkan_list(context, devices, 16, &count);
-    pv_vulkan_list(context, NULL, 0, &all);
-    assert_true(count > 0);
-    assert_int_equal(count, all);
-    assert_int_equal(devices[0].backend, PAVE_BACKEND_VULKAN_COMPUTE);
-    assert_true(strlen(devices[0].name) > 0);
+    for (int k = 0; k < ENGINES; k++) {
+        pave_device devices[16] = { 0 };
+        int32_t count = 0, all = 0;
+        engines[k]->list(context, devices, 16, &count);
+        engines[k]->list(context, NULL, 0, &all);
+        assert_true(count > 0);
+        assert_int_equal(count, all);
+        assert_int_equal(devices[0].backend, engines[k]->id);
+        assert_true(strlen(devices[0].name) > 0);
+    }
     assert_in_range(pv_vulkan_has_gpu(context), 0, 1);
 }
 
@@ -229,23 +241,49 @@ static void long_planes(void **state)
     compare(context, &pv_cpu_portable_backend, pose(1000003, 3, 64, SPREAD, 0, 0), 2);
 }
 
+/* Wider and taller than any image that a device may draw to; and somewhere in the whole. */
+static problem moved(problem p, int32_t x, int32_t y)
+{
+    p.plane.origin_x = x * p.plane.cell;
+    p.plane.origin_y = y * p.plane.cell;
+    for (int32_t i = 0; i < p.plane.sites; i++) {
+        p.homes[i].x += x;
+        p.homes[i].y += y;
+    }
+    return p;
+}
+
+static void beyond_images(void **state)
+{
+    (void)state;
+    need_device();
+    compare(context, &pv_cpu_portable_backend, pose(17000, 40, 4, SPREAD, 1, 0), 3);
+    compare(context, &pv_cpu_portable_backend, pose(40, 17000, 4, SPREAD, 1, 0), 3);
+    compare(context, &pv_cpu_portable_backend, pose(17000, 40, 4, DOUBLED, 0, 0), 3);
+    compare(context, &pv_cpu_portable_backend, moved(pose(2100, 300, 2.5, SPREAD, 1, 0), 3, 5), 5);
+    compare(context, &pv_cpu_portable_backend, moved(pose(203, 157, 16, SPREAD, 0, 0), 70, 0), 20);
+}
+
 /* Where a search would take too long for the device it ends with a sentence, never with other labels. */
 static void gives_up_rather_than_guess(void **state)
 {
     (void)state;
     need_device();
     problem p = pose(64, 48, 4, CLUSTERED, 0, 60000);
-    void *engine = NULL;
-    char name[128];
-    pv_step step;
-    assert_int_equal(pv_vulkan_compute_backend.open(context, &p.plane, &engine, name), PAVE_OK);
-    pave_result result = pv_vulkan_compute_backend.step(context, engine, 0, 0, 1, &step);
-    pv_vulkan_compute_backend.close(engine);
-    if (result == PAVE_OK)
-        compare(context, &pv_cpu_portable_backend, p, 1);
-    else
-        forget(&p);
-    assert_true(result == PAVE_OK || result == PAVE_ERR_UNSUPPORTED);
+    outcome right = solve(context, &pv_cpu_portable_backend, &p.plane, 0);
+    for (int k = 0; k < ENGINES; k++) {
+        void *engine = NULL;
+        char name[128];
+        int32_t labels[64 * 48];
+        assert_int_equal(engines[k]->open(context, &p.plane, &engine, name), PAVE_OK);
+        pave_result result = engines[k]->labels(context, engine, 0, 1, labels);
+        engines[k]->close(engine);
+        assert_true(result == PAVE_OK || result == PAVE_ERR_UNSUPPORTED);
+        if (result == PAVE_OK)
+            assert_memory_equal(labels, right.labels, sizeof labels);
+    }
+    free(right.labels), free(right.sites);
+    forget(&p);
 }
 
 static void can_be_cancelled(void **state)
@@ -253,13 +291,15 @@ static void can_be_cancelled(void **state)
     (void)state;
     need_device();
     problem p = pose(1024, 1024, 4, SPREAD, 1, 0);
-    void *engine = NULL;
-    char name[128];
-    pv_step step;
-    assert_int_equal(pv_vulkan_compute_backend.open(context, &p.plane, &engine, name), PAVE_OK);
-    pave_context_cancel(context);
-    assert_int_equal(pv_vulkan_compute_backend.step(context, engine, 0, 0, 1, &step), PAVE_ERR_CANCELLED);
-    pv_vulkan_compute_backend.close(engine);
+    for (int k = 0; k < ENGINES; k++) {
+        void *engine = NULL;
+        char name[128];
+        pv_step step;
+        assert_int_equal(engines[k]->open(context, &p.plane, &engine, name), PAVE_OK);
+        pave_context_cancel(context);
+        assert_int_equal(engines[k]->step(context, engine, 0, 0, 1, &step), PAVE_ERR_CANCELLED);
+        engines[k]->close(engine);
+    }
     forget(&p);
 }
 
@@ -271,6 +311,7 @@ int main(void)
         cmocka_unit_test(matches_the_cpu),
         cmocka_unit_test(clusters_overflow_exactly),
         cmocka_unit_test(long_planes),
+        cmocka_unit_test(beyond_images),
         cmocka_unit_test(gives_up_rather_than_guess),
         cmocka_unit_test(can_be_cancelled),
     };

@@ -17,16 +17,17 @@ pave_result pv_vk_begin(pave_context *context, pv_vk *vk)
 
 void pv_vk_barrier(pv_vk *vk)
 {
-    VkPipelineStageFlags work = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
+    int draws = vk->work & VK_QUEUE_GRAPHICS_BIT;
+    VkPipelineStageFlags work = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT |
+                                VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT | (draws ? VK_PIPELINE_STAGE_VERTEX_INPUT_BIT : 0);
     VkMemoryBarrier all = {
         .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
         .srcAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT,
         .dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_READ_BIT |
-                         VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_INDIRECT_COMMAND_READ_BIT | VK_ACCESS_HOST_READ_BIT,
+                         VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_INDIRECT_COMMAND_READ_BIT | VK_ACCESS_HOST_READ_BIT |
+                         (draws ? VK_ACCESS_VERTEX_ATTRIBUTE_READ_BIT : 0),
     };
-    vk->CmdPipelineBarrier(vk->commands, work | VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT,
-                           work | VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT | VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &all, 0, NULL,
-                           0, NULL);
+    vk->CmdPipelineBarrier(vk->commands, work, work | VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &all, 0, NULL, 0, NULL);
 }
 
 static pave_result wait(pave_context *context, pv_vk *vk)

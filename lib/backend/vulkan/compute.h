@@ -7,4 +7,5 @@
 int32_t pv_vulkan_has_gpu(pave_context *context);
 
 /* The op `list`: every device, usable or not, or one entry that says why there is none. */
-void pv_vulkan_list(pave_context *context, pave_device *devices, int32_t capacity, int32_t *count);
+void pv_vulkan_list_compute(pave_context *context, pave_device *devices, int32_t capacity, int32_t *count);
+void pv_vulkan_list_raster(pave_context *context, pave_device *devices, int32_t capacity, int32_t *count);

@@ -55,9 +55,10 @@ static int find_queue(pv_vk *vk)
 {
     VkQueueFamilyProperties families[32];
     uint32_t count = 32;
+    VkQueueFlags wanted = VK_QUEUE_COMPUTE_BIT | vk->work;
     vk->GetPhysicalDeviceQueueFamilyProperties(vk->physical, &count, families);
     for (vk->family = 0; vk->family < count; vk->family++)
-        if (families[vk->family].queueFlags & VK_QUEUE_COMPUTE_BIT)
+        if ((families[vk->family].queueFlags & wanted) == wanted)
             return 1;
     return 0;
 }
@@ -94,7 +95,7 @@ const char *pv_vk_take(pv_vk *vk, VkPhysicalDevice device)
     if (vk->properties.apiVersion < VK_API_VERSION_1_2)
         return "it is older than Vulkan 1.2";
     if (!find_queue(vk))
-        return "it has no compute queue";
+        return vk->work & VK_QUEUE_GRAPHICS_BIT ? "it has no queue that draws and computes" : "it has no compute queue";
     if (vk->properties.limits.maxPerStageDescriptorStorageBuffers < PV_VK_BUFFERS)
         return "its shaders take too few buffers (maxPerStageDescriptorStorageBuffers)";
     const char *reason = lacking_feature(vk);

@@ -24,10 +24,9 @@ static void describe(const pv_vk *vk, const char *reason, char *text, size_t siz
              reason ? ": " : "", reason ? reason : "");
 }
 
-void pv_vulkan_list(pave_context *context, pave_device *devices, int32_t capacity, int32_t *count)
+static void list(int32_t backend, VkQueueFlags work, pave_device *devices, int32_t capacity, int32_t *count)
 {
-    (void)context;
-    pv_vk vk = { 0 };
+    pv_vk vk = { .work = work };
     VkPhysicalDevice found[PV_VK_MOST_DEVICES];
     const char *reason = pv_vk_open_instance(&vk);
     uint32_t n = reason ? 0 : pv_vk_physical_devices(&vk, found);
@@ -35,12 +34,24 @@ void pv_vulkan_list(pave_context *context, pave_device *devices, int32_t capacit
         char text[512];
         const char *lacking = pv_vk_take(&vk, found[i]);
         describe(&vk, lacking, text, sizeof text);
-        pv_device_add(devices, capacity, count, PAVE_BACKEND_VULKAN_COMPUTE, !lacking, text);
+        pv_device_add(devices, capacity, count, backend, !lacking, text);
     }
     if (!n)
-        pv_device_add(devices, capacity, count, PAVE_BACKEND_VULKAN_COMPUTE, 0,
+        pv_device_add(devices, capacity, count, backend, 0,
                       reason ? reason : "there is no Vulkan device on this machine");
     pv_vk_close_instance(&vk);
+}
+
+void pv_vulkan_list_compute(pave_context *context, pave_device *devices, int32_t capacity, int32_t *count)
+{
+    (void)context;
+    list(PAVE_BACKEND_VULKAN_COMPUTE, VK_QUEUE_COMPUTE_BIT, devices, capacity, count);
+}
+
+void pv_vulkan_list_raster(pave_context *context, pave_device *devices, int32_t capacity, int32_t *count)
+{
+    (void)context;
+    list(PAVE_BACKEND_VULKAN_RASTER, VK_QUEUE_GRAPHICS_BIT, devices, capacity, count);
 }
 
 int32_t pv_vulkan_has_gpu(pave_context *context)

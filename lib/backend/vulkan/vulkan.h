@@ -20,7 +20,11 @@
     X(AllocateDescriptorSets) X(UpdateDescriptorSets) X(CreatePipelineLayout) X(DestroyPipelineLayout) \
     X(CreateComputePipelines) X(DestroyPipeline) X(CmdBindPipeline) X(CmdBindDescriptorSets) X(CmdPushConstants) \
     X(CmdDispatch) \
-    X(CmdDispatchIndirect) X(CmdPipelineBarrier) X(CmdCopyBuffer) X(CmdFillBuffer) X(CmdUpdateBuffer)
+    X(CmdDispatchIndirect) X(CmdPipelineBarrier) X(CmdCopyBuffer) X(CmdFillBuffer) X(CmdUpdateBuffer) X(CreateImage) \
+    X(DestroyImage) X(GetImageMemoryRequirements) X(BindImageMemory) X(CreateImageView) X(DestroyImageView) \
+    X(CreateRenderPass) X(DestroyRenderPass) X(CreateFramebuffer) X(DestroyFramebuffer) X(CreateGraphicsPipelines) \
+    X(CmdBeginRenderPass) X(CmdEndRenderPass) X(CmdSetViewport) X(CmdSetScissor) X(CmdBindVertexBuffers) \
+    X(CmdDrawIndirect)
 
 typedef struct pv_vk_buffer {
     VkBuffer buffer;
@@ -28,6 +32,12 @@ typedef struct pv_vk_buffer {
     VkDeviceSize size;
     void *host; /* where it is mapped; NULL: only the device can reach it */
 } pv_vk_buffer;
+
+typedef struct pv_vk_image {
+    VkImage image;
+    VkDeviceMemory memory;
+    VkImageView view;
+} pv_vk_image;
 
 typedef struct pv_vk {
     void *library;
@@ -42,6 +52,7 @@ typedef struct pv_vk {
     VkPhysicalDeviceProperties properties;
     VkPhysicalDeviceMemoryProperties memory;
     uint32_t subgroup; /* invocations */
+    VkQueueFlags work; /* what its queue must do: set before anything else */
     uint32_t family;
     VkDevice device;
     VkQueue queue;
@@ -75,7 +86,8 @@ pave_result pv_vk_check(pave_context *context, const pv_vk *vk, VkResult result,
 
 /* commands.c: one command buffer. Recording begins with the first command and ends when it is submitted and done. */
 pave_result pv_vk_begin(pave_context *context, pv_vk *vk);
-/* Everything recorded before is done and seen by everything after: shaders, copies, indirect dispatch, host. */
+/* Everything recorded before is done and seen by everything after: shaders, copies, indirect work, draws, host. What
+ * is drawn is seen after pv_vk_target_end. */
 void pv_vk_barrier(pv_vk *vk);
 pave_result pv_vk_finish(pave_context *context, pv_vk *vk);
 
@@ -83,13 +95,22 @@ pave_result pv_vk_finish(pave_context *context, pv_vk *vk);
 pave_result pv_vk_buffer_create(pave_context *context, pv_vk *vk, VkDeviceSize size, pv_vk_buffer *buffer);
 pave_result pv_vk_staging_create(pave_context *context, pv_vk *vk, VkDeviceSize size);
 void pv_vk_buffer_destroy(pv_vk *vk, pv_vk_buffer *buffer);
+/* An image to draw to and to read in shaders. */
+pave_result pv_vk_image_create(pave_context *context, pv_vk *vk, VkExtent2D size, VkFormat format, pv_vk_image *image);
+void pv_vk_image_destroy(pv_vk *vk, pv_vk_image *image);
 /* Both finish the commands recorded so far. */
 pave_result pv_vk_upload(pave_context *context, pv_vk *vk, const void *data, VkDeviceSize size, pv_vk_buffer *buffer);
 pave_result pv_vk_download(pave_context *context, pv_vk *vk, const pv_vk_buffer *buffer, VkDeviceSize size, void *data);
 
 /* pipeline.c: the shaders, and the one set of buffers that they share. */
-enum { PV_VK_COUNT, PV_VK_ROWS, PV_VK_SORT, PV_VK_LIST, PV_VK_LABEL, PV_VK_WIDE, PV_VK_RELAX, PV_VK_SHADERS };
-enum { PV_VK_EDGE = 9, PV_VK_EDGE_PARTS = 4, PV_VK_BUFFERS = PV_VK_EDGE + PV_VK_EDGE_PARTS };
+enum {
+    PV_VK_COUNT, PV_VK_ROWS, PV_VK_SORT, PV_VK_WIDE, PV_VK_RELAX, /* both engines */
+    PV_VK_LIST, PV_VK_LABEL,                                      /* compute */
+    PV_VK_BOUNDS, PV_VK_CULL, PV_VK_GATHER,                       /* raster */
+    PV_VK_SHADERS,
+};
+enum { PV_VK_EDGE = 10, PV_VK_EDGE_PARTS = 4, PV_VK_BUFFERS = PV_VK_EDGE + PV_VK_EDGE_PARTS };
+enum { PV_VK_PUSH_STAGES = VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT };
 
 typedef struct pv_vk_pipelines {
     VkDescriptorSetLayout set_layout;
@@ -101,7 +122,29 @@ typedef struct pv_vk_pipelines {
 } pv_vk_pipelines;
 
 /* `buffers` in the order of their bindings; PV_VK_EDGE is an array, the edge's parts. Buffer `texels` is also bound as
- * texels, after them all. */
+ * texels, after them all. Of the shaders of one engine only, those are made that the queue's work asks for. */
 pave_result pv_vk_pipelines_create(pave_context *context, pv_vk *vk, const pv_vk_buffer buffers[PV_VK_BUFFERS],
                                    int texels, uint32_t push_bytes, pv_vk_pipelines *pipelines);
+/* How many invocations share a tile: shaders/tile.glsl. */
+int32_t pv_vk_lanes(const pv_vk *vk);
 void pv_vk_pipelines_destroy(pv_vk *vk, pv_vk_pipelines *pipelines);
+VkResult pv_vk_shader_create(pv_vk *vk, const uint32_t *words, size_t bytes, VkShaderModule *module);
+/* For PV_VK_GATHER. */
+void pv_vk_bind_images(pv_vk *vk, const pv_vk_pipelines *pipelines, const pv_vk_image *label, const pv_vk_image *depth);
+
+/* target.c: what the raster engine draws to, labels and distances, and the pipelines that draw. */
+typedef struct pv_vk_target {
+    VkExtent2D size;
+    pv_vk_image label, depth;
+    VkRenderPass pass;
+    VkFramebuffer frame;
+    VkPipeline draw[2]; /* by whether 32 bits are enough */
+} pv_vk_target;
+
+/* What is drawn are sites, as they lie in memory. */
+pave_result pv_vk_target_create(pave_context *context, pv_vk *vk, VkPipelineLayout layout, VkExtent2D size,
+                                pv_vk_target *target);
+void pv_vk_target_destroy(pv_vk *vk, pv_vk_target *target);
+/* Clears the corner of the target that is to be drawn to, and begins to draw; ends, for shaders to read it. */
+void pv_vk_target_begin(pv_vk *vk, const pv_vk_target *target, VkExtent2D part, int narrow);
+void pv_vk_target_end(pv_vk *vk);

@@ -1,0 +1,37 @@
+// The parameters of a shader, and what a site is. The GLSL twin of lib/backend/vulkan/engine.h.
+#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
+
+layout(push_constant, std430) uniform Plane {
+    int width, height, sites; // px, px, number
+    int origin_x, origin_y;   // of the corner in the whole plane, 1/256 px
+    int cell;                 // side of the home lattice's cells and of the buckets, 1/256 px
+    int across, down;         // buckets in x and y
+    int tiles_across;
+    int reach;                // the greatest distance from a site to the corner of its box
+    int capacity;             // of a tile's candidate list
+    int edge_shift;           // -1: no edges
+    int push_within, push_to;
+    int noise_wave, noise_swing;
+    uint noise_key, seed_low, seed_high;
+    int iteration;
+    int base, count;          // the sites, or the tiles of the block, of this dispatch
+    int write;                // labels are wanted, not sums
+    int patience;             // rounds that a search may take
+    int block, columns, rows; // the tiles under way, a rectangle: the first, and their number in x and y
+    int margin, grown;        // of the boxes drawn: what is proven, and what is drawn, 1/256 px
+} plane;
+
+const int INT_MAX = 0x7fffffff;
+
+// A site, and its index while it lies in bucket order.
+struct Site {
+    ivec4 place; // x, y, cosine, sine
+    ivec4 shape; // half_x, half_y, index
+};
+
+// The first pixel of a tile of the block.
+ivec2 corner(int at)
+{
+    int tile = plane.block + at / plane.columns * plane.tiles_across + at % plane.columns;
+    return ivec2(tile % plane.tiles_across, tile / plane.tiles_across) * 8;
+}
