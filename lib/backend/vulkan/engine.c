@@ -24,14 +24,13 @@ enum {
 
 pave_result pv_vk_submit(pv_vk_pass *p)
 {
-    pv_vk_engine *e = p->e;
     double began = pv_seconds();
-    pave_result result = pv_vk_finish(p->context, &e->vk);
+    pave_result result = pv_vk_finish(p->context, &p->e->vk);
     double took = pv_seconds() - began;
     if (took > TARGET)
-        e->budget = fmax(LEAST_BUDGET, fmin(e->budget, p->pending * TARGET / took));
-    else if (took < TARGET / 2 && p->pending > e->budget / 2)
-        e->budget *= 2;
+        *p->budget = fmax(LEAST_BUDGET, fmin(*p->budget, p->pending * TARGET / took));
+    else if (took < TARGET / 2 && p->pending > *p->budget / 2)
+        *p->budget *= 2;
     p->done += p->pending;
     p->pending = 0;
     return result ? result : pv_progress(p->context, p->from + (p->to - p->from) * fmin(1, p->done / p->total));
@@ -40,12 +39,12 @@ pave_result pv_vk_submit(pv_vk_pass *p)
 pave_result pv_vk_spend(pv_vk_pass *p, double cost)
 {
     p->pending += cost;
-    return p->pending < p->e->budget ? PAVE_OK : pv_vk_submit(p);
+    return p->pending < *p->budget ? PAVE_OK : pv_vk_submit(p);
 }
 
 int32_t pv_vk_slice(const pv_vk_pass *p, int32_t left, int32_t most, double cost)
 {
-    double room = fmax(p->e->budget - p->pending, p->e->budget / 4);
+    double room = fmax(*p->budget - p->pending, *p->budget / 4);
     double fits = fmax(PV_VK_GROUP, floor(room / cost));
     most = left < most ? left : most;
     return fits < most ? (int32_t)fits : most;
@@ -147,6 +146,19 @@ static pave_result sort_sites(pv_vk_pass *p)
     return result;
 }
 
+/* How long the work on sites takes says nothing of how long labels do: each has a budget. */
+static pave_result label_all(pv_vk_pass *p, int32_t *labels)
+{
+    pave_result result = pv_vk_submit(p);
+    p->budget = &p->e->label_budget;
+    if (!result)
+        result = p->e->label(p, labels);
+    if (!result)
+        result = pv_vk_submit(p);
+    p->budget = &p->e->site_budget;
+    return result;
+}
+
 static pave_result read_totals(pave_context *context, pv_vk_engine *e, pv_vk_totals *t)
 {
     pave_result result = pv_vk_download(context, &e->vk, &e->buffers[TOTALS], sizeof *t, t);
@@ -166,12 +178,12 @@ pave_result pv_vk_engine_step(pave_context *context, void *engine, int32_t itera
                               pv_step *out)
 {
     pv_vk_engine *e = engine;
-    pv_vk_pass p = { .context = context, .e = e, .from = from, .to = to };
+    pv_vk_pass p = { .context = context, .e = e, .from = from, .to = to, .budget = &e->site_budget };
     p.total = label_cost(e) + (double)e->plane.sites * SITE_COST;
     e->plane.iteration = iteration;
     pave_result result = sort_sites(&p);
     if (!result)
-        result = e->label(&p, NULL);
+        result = label_all(&p, NULL);
     if (!result)
         result = pv_vk_over(&p, PV_VK_RELAX, e->plane.sites, PV_VK_GROUP, SITE_COST);
     if (!result)
@@ -187,11 +199,11 @@ pave_result pv_vk_engine_step(pave_context *context, void *engine, int32_t itera
 pave_result pv_vk_engine_labels(pave_context *context, void *engine, double from, double to, int32_t *labels)
 {
     pv_vk_engine *e = engine;
-    pv_vk_pass p = { .context = context, .e = e, .from = from, .to = to };
+    pv_vk_pass p = { .context = context, .e = e, .from = from, .to = to, .budget = &e->site_budget };
     p.total = label_cost(e);
     pave_result result = sort_sites(&p);
     if (!result)
-        result = e->label(&p, labels);
+        result = label_all(&p, labels);
     pv_vk_totals t;
     return result ? result : read_totals(context, e, &t);
 }
@@ -279,7 +291,7 @@ pave_result pv_vk_engine_open(pave_context *context, pv_vk_engine *e, const pv_p
                        (int)plane->width, (int)plane->height);
     e->plane = describe(plane, capacity);
     e->tiles = e->plane.tiles_across * (int32_t)pv_ceil_div(plane->height, TILE);
-    e->budget = FIRST_BUDGET;
+    e->site_budget = e->label_budget = FIRST_BUDGET;
     e->label = label;
     e->vk.work = work;
     pave_result result = pv_vk_open(context, &e->vk);

@@ -35,6 +35,7 @@ typedef struct pv_vk_pass {
     struct pv_vk_engine *e;
     double from, to;
     double total, done, pending; /* cost; pending: recorded but not submitted */
+    double *budget;              /* the engine's for the work under way */
 } pv_vk_pass;
 
 /* Labels the plane: into the sums, or into `labels`. */
@@ -47,7 +48,7 @@ typedef struct pv_vk_engine {
     pv_vk_parameters plane;
     pv_vk_label *label;
     int32_t tiles;
-    double budget;   /* cost of a submit: pixels labelled */
+    double site_budget, label_budget; /* cost of a submit, in pixels labelled: what is done in about 10 ms */
     int32_t *labels; /* of a band */
 } pv_vk_engine;
 
