@@ -87,8 +87,11 @@ void main()
     if (lane != 0 || !wanted)
         return;
     list[at] = exact ? 1 : -1;
-    if (exact)
-        atomicAdd(far[min(int(sqrt(float(most))) >> 7, 255)], 1);
-    else
+    uint distance = uint(sqrt(float(most)));
+    if (exact) {
+        atomicAdd(far[min(distance >> 7, 255)], 1);
+        atomicMax(total_radius, distance + plane.reach + 4);
+    } else {
         queue[atomicAdd(queued, 1)] = uint(at);
+    }
 }

@@ -29,7 +29,11 @@ layout(std430, set = 0, binding = 5) buffer Lists { int list[]; };
 // Groups to dispatch, and the tiles of the band that `wide` has to label.
 layout(std430, set = 0, binding = 6) buffer Queue { uint queued, groups_y, groups_z, queue[]; };
 layout(std430, set = 0, binding = 7) buffer Labels { ivec4 labels[]; }; // 16 a tile of the band, row by row
-layout(std430, set = 0, binding = 8) buffer Totals { uint total_sorted, total_empty, total_moved, total_lost, far[]; };
+layout(std430, set = 0, binding = 8) buffer Totals {
+    uint total_sorted, total_empty, total_moved, total_lost;
+    uint total_radius; // no pixel is farther from its site
+    uint far[];
+};
 layout(std430, set = 0, binding = 9) buffer Chunks { Chunk chunk[]; };
 layout(std430, set = 0, binding = 10) buffer Edge { uint two[]; } edge[4]; // 2 px a word, 2^26 px a part
 

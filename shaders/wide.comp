@@ -69,6 +69,8 @@ void main()
 
     bool inside = pixel.x < plane.width && pixel.y < plane.height;
     inside = inside && !lost;
+    if (inside)
+        atomicMax(total_radius, uint(sqrt(float(least)) * 1.001) + plane.reach + 4);
     owner[me] = inside ? label : -1;
     barrier();
     if (plane.write != 0)

@@ -193,6 +193,7 @@ pave_result pv_vk_engine_step(pave_context *context, void *engine, int32_t itera
         result = read_totals(context, e, &t);
     out->empty = t.empty;
     out->moved = t.moved;
+    out->radius = (int32_t)t.radius;
     return result;
 }
 

@@ -25,7 +25,7 @@ typedef struct pv_vk_parameters {
 } pv_vk_parameters;
 
 typedef struct pv_vk_totals {
-    uint32_t sorted, empty, moved, lost;
+    uint32_t sorted, empty, moved, lost, radius;
     uint32_t far[PV_VK_FAR]; /* raster: tiles by their farthest pixel */
 } pv_vk_totals;
 
