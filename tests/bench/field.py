@@ -43,7 +43,7 @@ if bench.available("scipy"):
         ndimage.distance_transform_edt(target)
 
     jobs["scipy"] = scipy
-least = bench.in_turn(jobs, 2 if bench.options.quick else 5)
+least = bench.in_turn(jobs, 2 if bench.options.quick else 9)
 
 size = f"{SIDE}² px, {THREADS} threads"
 for metric, name, rival in (("chamfer", "opencv", "OpenCV `distanceTransform(DIST_L2, 3)`"),

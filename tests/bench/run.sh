@@ -24,7 +24,7 @@ done
 
 if [ -z "$quick" ]; then
   need_packages $pave_build_packages python3 python3-numpy python3-pil python3-cffi \
-    python3-opencv python3-scipy libcgal-dev gegl
+    python3-opencv python3-scipy libcgal-dev gegl time
   command -v npm >/dev/null || need_packages nodejs npm
 fi
 if [ -z "$build" ]; then
