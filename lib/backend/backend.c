@@ -65,12 +65,10 @@ pave_result pave_devices(pave_context *context, pave_device *devices, int32_t ca
     return PAVE_OK;
 }
 
-/* Pixel steps from which starting a driver pays: some seconds of one processor. */
-static const double worth_a_driver = 1e9;
-
 static int gpu_pays(pave_context *context, const pv_plane *plane, int32_t iterations)
 {
 #ifdef PAVE_HAVE_VULKAN
+    const double worth_a_driver = 1e9; /* pixel steps: some seconds of one processor */
     double steps = (double)plane->width * plane->height * (iterations + 1);
     return steps >= worth_a_driver && pv_vulkan_has_gpu(context);
 #else
