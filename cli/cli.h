@@ -43,6 +43,8 @@ typedef struct cli_command {
     const char *output[MOST_FILES];
     int input_count, output_count;
     int wants_json, quiet;
+    int shards;            /* the verb knows --manifest and --shard */
+    const char *manifest, *shard;
 } cli_command;
 
 /* Reads argv[1..] into `command` and its groups. EXIT_FINE; EXIT_USAGE after a sentence on stderr; -1 after --help. */
@@ -69,3 +71,4 @@ int lay_main(int argc, char **argv);
 int field_main(int argc, char **argv);
 int info_main(int argc, char **argv);
 int merge_main(int argc, char **argv);
+int plan_main(int argc, char **argv);

@@ -1,6 +1,8 @@
 /* pave lay: from a drawing to stones. */
 #include "cli.h"
 
+#include <stdlib.h>
+
 static int write_outputs(const cli_command *command, pave_context *context, const pave_stones *stones)
 {
     pave_result result = PAVE_OK;
@@ -13,6 +15,20 @@ static int write_outputs(const cli_command *command, pave_context *context, cons
     return exit_code(result, WHILE_WRITING);
 }
 
+/* One window of a plan: all that it follows from stands there. */
+static int run_shard(const cli_command *command, pave_context *context)
+{
+    char *end;
+    long shard = command->shard ? strtol(command->shard, &end, 10) : -1;
+    if (!command->shard || end == command->shard || *end || shard < 0 || shard > INT32_MAX) {
+        complain(command, "--manifest needs --shard and a number from 0");
+        return EXIT_USAGE;
+    }
+    const char *output = command->output_count ? command->output[0] : NULL;
+    pave_result result = pave_lay_shard(context, command->manifest, (int32_t)shard, output);
+    return exit_code(result, result == PAVE_ERR_IO ? WHILE_READING : WHILE_WORKING);
+}
+
 static int check_outputs(const cli_command *command, const pave_stream_params *stream)
 {
     for (int i = 0; i < command->output_count; i++)
@@ -20,7 +36,7 @@ static int check_outputs(const cli_command *command, const pave_stream_params *s
             complain(command, "%s: an output ends in .svg, .png, .json or .stones", command->output[i]);
             return EXIT_USAGE;
         }
-    if (command->output_count || (command->wants_json && !stream->memory))
+    if (command->manifest || command->output_count || (command->wants_json && !stream->memory))
         return EXIT_FINE;
     complain(command, "where to? give -o FILE or --json");
     return EXIT_USAGE;
@@ -77,6 +93,7 @@ int lay_main(int argc, char **argv)
                    "                               - is stdout, as SVG",
         .json = "write the report to stdout",
         .inputs = 1,
+        .shards = 1,
         .groups = groups,
         .group_count = sizeof groups / sizeof *groups,
     };
@@ -88,11 +105,14 @@ int lay_main(int argc, char **argv)
     if (status)
         return status < 0 ? EXIT_FINE : status;
     if (!limits.max_pixels)
-        limits.max_pixels = stream.memory ? (int64_t)1 << 40 : (int64_t)1 << 28;
+        limits.max_pixels = stream.memory || command.manifest ? (int64_t)1 << 40 : (int64_t)1 << 28;
     pave_context *context = start(&command, &params);
     if (!context)
         return EXIT_USAGE;
-    status = stream.memory ? run_stream(&command, context, &lay, &stream) : run(&command, context, &lay);
+    if (command.manifest)
+        status = run_shard(&command, context);
+    else
+        status = stream.memory ? run_stream(&command, context, &lay, &stream) : run(&command, context, &lay);
     finish(&context);
     return status;
 }

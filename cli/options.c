@@ -122,6 +122,8 @@ static void print_help(const cli_command *command)
         printf("\n  -o FILE, --output FILE       %s\n", command->outputs);
     if (command->json)
         printf("  --json                       %s\n", command->json);
+    if (command->shards)
+        printf("  --manifest FILE --shard N    lay one window of a plan made by pave plan, instead of DRAWING\n");
     printf("  -q, --quiet                  no progress, no notes\n  -h, --help                   this help\n");
     for (int g = 0; g < command->group_count; g++) {
         printf("\n%s\n", command->groups[g].title);
@@ -231,6 +233,10 @@ static int read_words(cli_command *command, pave_context *tables, int argc, char
             status = add_output(command, argv[i] + 9);
         else if (command->outputs && is_output(argv[i]))
             complain(command, "%s needs a file", argv[i]), status = EXIT_USAGE;
+        else if (command->shards && i + 1 < argc && !strcmp(argv[i], "--manifest"))
+            command->manifest = argv[i + (used = 2) - 1];
+        else if (command->shards && i + 1 < argc && !strcmp(argv[i], "--shard"))
+            command->shard = argv[i + (used = 2) - 1];
         else if (argv[i][1] == '-')
             status = set_option(command, tables, argc - i, argv + i, &used);
         else
@@ -250,6 +256,8 @@ int read_command(cli_command *command, int argc, char **argv)
     command->input = argv;
     int status = read_words(command, tables, argc, argv);
     pave_context_free(&tables);
+    if (command->manifest)
+        command->inputs = 0;
     int enough = command->inputs < 0 ? command->input_count > 0 : command->input_count == command->inputs;
     if (!status && !enough) {
         if (command->input_count <= command->inputs || command->inputs < 0)

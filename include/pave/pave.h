@@ -50,6 +50,14 @@ PAVE_API void pave_stream_params_init(pave_stream_params *params, size_t size);
 PAVE_API pave_result pave_lay_file(pave_context *context, const char *drawing, const pave_lay_params *params,
                                    const pave_stream_params *stream, const char *const *outputs, int32_t count);
 
+/* The same for many processes or machines. pave_plan writes a plan, a JSON file with the windows, all parameters and
+ * the drawing's hash, and tells the number of windows. pave_lay_shard lays one of them, 0 .. windows-1, into `output`,
+ * or if that is NULL into the plan's name + ".parts/NNNNNN.stones": it does nothing if that is already there, and
+ * leaves nothing half done, so it may be run again, and twice at once. pave_stones_merge puts the parts together. */
+PAVE_API pave_result pave_plan(pave_context *context, const char *drawing, const pave_lay_params *params,
+                               const pave_stream_params *stream, const char *manifest, int32_t *windows);
+PAVE_API pave_result pave_lay_shard(pave_context *context, const char *manifest, int32_t shard, const char *output);
+
 /* A graphics device or processor that a backend can run on. */
 typedef struct pave_device {
     size_t size;

@@ -195,6 +195,16 @@ static size_t stored_size(const pv_param *row)
     }
 }
 
+int pv_params_same(const pv_table *table, const void *a, const void *b, size_t end)
+{
+    for (int32_t i = 0; i < table->count; i++) {
+        size_t at = table->rows[i].offset;
+        if (at < end && memcmp((const char *)a + at, (const char *)b + at, stored_size(&table->rows[i])))
+            return 0;
+    }
+    return 1;
+}
+
 static void store(const pv_param *row, void *params, double value, uint64_t whole)
 {
     void *at = (char *)params + row->offset;

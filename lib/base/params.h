@@ -49,6 +49,10 @@ pave_result pv_params_read(pave_context *context, const pv_table *table, const v
 pave_result pv_struct_read(pave_context *context, const char *name, const void *defaults, size_t known,
                            const void *given, void *out);
 
+/* Have two structs the same values in the fields before `end` (a field's offset, or the struct's size)? Structs have
+ * padding, so their bytes do not tell. */
+int pv_params_same(const pv_table *table, const void *a, const void *b, size_t end);
+
 pave_result pv_param_describe(const pv_table *table, int32_t index, pave_param *out);
 pave_result pv_param_set(pave_context *context, const pv_table *table, void *params, const char *name,
                          const char *value);

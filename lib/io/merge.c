@@ -3,6 +3,9 @@
 #include "io/pile.h"
 #include "io/stonefile.h"
 
+#include "cvd/cvd.h"
+#include "field/field.h"
+
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
@@ -235,10 +238,10 @@ static int same_pavement(const pave_stones *head, const pv_stone_file_head *part
 {
     return head->drawing == part->drawing && head->plane_width == part->plane_width &&
            head->plane_height == part->plane_height &&
-           !memcmp(&head->cvd, &part->cvd, offsetof(pave_cvd_params, window)) &&
-           !memcmp(&head->params, &part->stones, sizeof head->params) &&
-           !memcmp(&head->field, &part->field, sizeof head->field) &&
-           !memcmp(&head->threshold, &part->threshold, sizeof head->threshold);
+           pv_params_same(&pv_cvd_table, &head->cvd, &part->cvd, offsetof(pave_cvd_params, window)) &&
+           pv_params_same(&pv_stones_table, &head->params, &part->stones, sizeof head->params) &&
+           pv_params_same(&pv_field_table, &head->field, &part->field, sizeof head->field) &&
+           pv_params_same(&pv_threshold_table, &head->threshold, &part->threshold, sizeof head->threshold);
 }
 
 static pave_result add_part(pave_context *context, const char *path, int32_t i, pv_pile *pile, double *area)

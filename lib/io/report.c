@@ -1,6 +1,7 @@
 /* Stones as a report in JSON: figures, parameters, versions. */
 #include "io/exr.h"
 #include "io/output.h"
+#include "io/parameters.h"
 #include "io/pavement.h"
 
 #include "base/params.h"
@@ -14,47 +15,6 @@
 static void put(void *user, const char *text, size_t length)
 {
     pv_output_bytes(user, text, length);
-}
-
-static void put_choice(pv_json *json, const pv_param *row, int32_t value)
-{
-    char text[64];
-    const char *from = row->choices;
-    for (; value > 0 && strchr(from, '|'); value--)
-        from = strchr(from, '|') + 1;
-    size_t length = strcspn(from, "|");
-    if (length >= sizeof text)
-        length = sizeof text - 1;
-    memcpy(text, from, length);
-    text[length] = 0;
-    pv_json_string(json, row->name, text);
-}
-
-static void put_window(pv_json *json, const char *key, const int32_t *window)
-{
-    pv_json_array(json, key);
-    for (int i = 0; i < 4; i++)
-        pv_json_whole(json, NULL, window[i]);
-    pv_json_close(json);
-}
-
-static void put_params(pv_json *json, const pv_table *table, const void *params)
-{
-    pv_json_object(json, table->name);
-    for (int32_t i = 0; i < table->count; i++) {
-        const pv_param *row = &table->rows[i];
-        const void *at = (const char *)params + row->offset;
-        switch (row->type) {
-        case PAVE_PARAM_REAL: pv_json_number(json, row->name, *(const double *)at); break;
-        case PAVE_PARAM_LONG: pv_json_whole(json, row->name, *(const int64_t *)at); break;
-        case PAVE_PARAM_SEED: pv_json_unsigned(json, row->name, *(const uint64_t *)at); break;
-        case PAVE_PARAM_FLAG: pv_json_flag(json, row->name, *(const int32_t *)at); break;
-        case PAVE_PARAM_WINDOW: put_window(json, row->name, at); break;
-        case PAVE_PARAM_CHOICE: put_choice(json, row, *(const int32_t *)at); break;
-        default: pv_json_whole(json, row->name, *(const int32_t *)at);
-        }
-    }
-    pv_json_close(json);
 }
 
 /* Stones by number of corners; the last bin, "31+", is for that many or more. */
@@ -116,10 +76,10 @@ static void put_origin(pv_json *json, const pave_stones *stones)
     pv_json_whole(json, "height", stones->height);
     pv_json_close(json);
     pv_json_object(json, "parameters");
-    put_params(json, &pv_threshold_table, &stones->threshold);
-    put_params(json, &pv_field_table, &stones->field);
-    put_params(json, &pv_cvd_table, &stones->cvd);
-    put_params(json, &pv_stones_table, &stones->params);
+    pv_json_params(json, &pv_threshold_table, &stones->threshold);
+    pv_json_params(json, &pv_field_table, &stones->field);
+    pv_json_params(json, &pv_cvd_table, &stones->cvd);
+    pv_json_params(json, &pv_stones_table, &stones->params);
     pv_json_close(json);
     pv_json_unsigned(json, "seed", stones->cvd.seed);
     pv_json_string(json, "backend", stones->backend_name);

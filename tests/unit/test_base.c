@@ -101,6 +101,25 @@ static void structs_of_other_versions_are_read(void **state)
     pave_context_free(&context);
 }
 
+static void structs_are_compared_by_their_fields(void **state)
+{
+    (void)state;
+    extern const pv_table pv_stones_table;
+    pave_stones_params a, b;
+    memset(&a, 0xaa, sizeof a); /* padding differs */
+    memset(&b, 0x55, sizeof b);
+    a.mode = b.mode = 0;
+    a.grout = b.grout = 1;
+    a.wide_angle = b.wide_angle = 120;
+    a.passes = b.passes = 5;
+    a.drop_angle = b.drop_angle = 120;
+    a.small_edge = b.small_edge = 0.5;
+    assert_true(pv_params_same(&pv_stones_table, &a, &b, sizeof a));
+    b.small_edge = 0.25;
+    assert_false(pv_params_same(&pv_stones_table, &a, &b, sizeof a));
+    assert_true(pv_params_same(&pv_stones_table, &a, &b, offsetof(pave_stones_params, small_edge)));
+}
+
 static void initialisers_and_init_functions_agree(void **state)
 {
     (void)state;
@@ -304,6 +323,7 @@ int main(void)
         cmocka_unit_test(every_row_of_every_table_makes_sense),
         cmocka_unit_test(params_are_set_from_text),
         cmocka_unit_test(structs_of_other_versions_are_read),
+        cmocka_unit_test(structs_are_compared_by_their_fields),
         cmocka_unit_test(initialisers_and_init_functions_agree),
         cmocka_unit_test(handles_outlive_their_context_and_free_everything),
         cmocka_unit_test(memory_is_held_against_the_limit),

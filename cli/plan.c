@@ -1,0 +1,55 @@
+/* pave plan: a large pavement divided into windows, for many machines. */
+#include "cli.h"
+
+#include <stdio.h>
+
+static int run(const cli_command *command, pave_context *context, const pave_lay_params *params,
+               const pave_stream_params *stream)
+{
+    int32_t windows = 0;
+    pave_result result = pave_plan(context, command->input[0], params, stream, command->output[0], &windows);
+    if (!result)
+        printf("%d\n", (int)windows);
+    return exit_code(result, result == PAVE_ERR_IO ? WHILE_READING : WHILE_WORKING);
+}
+
+int plan_main(int argc, char **argv)
+{
+    pave_threshold_params threshold = PAVE_THRESHOLD_PARAMS_INIT;
+    pave_field_params field = PAVE_FIELD_PARAMS_INIT;
+    pave_cvd_params cvd = PAVE_CVD_PARAMS_INIT;
+    pave_stones_params stones = PAVE_STONES_PARAMS_INIT;
+    pave_stream_params stream = PAVE_STREAM_PARAMS_INIT;
+    pave_limits limits = PAVE_LIMITS_INIT;
+    pave_context_params params = PAVE_CONTEXT_PARAMS_INIT;
+    pave_lay_params lay = { sizeof lay, &threshold, &field, &cvd, &stones };
+    const cli_group groups[] = {
+        { "Stones", PAVE_PARAMS_STONES, &stones },       { "Diagram", PAVE_PARAMS_CVD, &cvd },
+        { "Distance field", PAVE_PARAMS_FIELD, &field }, { "Drawing", PAVE_PARAMS_THRESHOLD, &threshold },
+        { "Size", PAVE_PARAMS_STREAM, &stream },         { "Limits", PAVE_PARAMS_LIMITS, &limits },
+    };
+    cli_command command = {
+        .verb = "plan",
+        .usage = "DRAWING -o PLAN.json [--memory N] [options]",
+        .summary = "Divides a pavement into windows that can be laid one by one, anywhere, in any order:\n"
+                   "pave lay --manifest PLAN.json --shard 0 (1, 2 ...), then pave merge PLAN.json.parts/*.stones.\n"
+                   "Prints the number of windows. --memory is what one of them may take.",
+        .outputs = "where the plan goes",
+        .inputs = 1,
+        .groups = groups,
+        .group_count = sizeof groups / sizeof *groups,
+    };
+    params.limits = &limits;
+    limits.max_pixels = (int64_t)1 << 40;
+    int status = read_command(&command, argc, argv);
+    if (!status && command.output_count != 1)
+        complain(&command, "where to? give one -o PLAN.json"), status = EXIT_USAGE;
+    if (status)
+        return status < 0 ? EXIT_FINE : status;
+    pave_context *context = start(&command, &params);
+    if (!context)
+        return EXIT_USAGE;
+    status = run(&command, context, &lay, &stream);
+    finish(&context);
+    return status;
+}

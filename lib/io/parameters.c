@@ -1,0 +1,87 @@
+/* Params structs as JSON objects. */
+#include "io/parameters.h"
+
+#include "util/text.h"
+
+#include <cjson/cJSON.h>
+#include <stdio.h>
+#include <string.h>
+
+static void put_choice(pv_json *json, const pv_param *row, int32_t value)
+{
+    char text[64];
+    const char *from = row->choices;
+    for (; value > 0 && strchr(from, '|'); value--)
+        from = strchr(from, '|') + 1;
+    size_t length = strcspn(from, "|");
+    if (length >= sizeof text)
+        length = sizeof text - 1;
+    memcpy(text, from, length);
+    text[length] = 0;
+    pv_json_string(json, row->name, text);
+}
+
+static void put_window(pv_json *json, const char *key, const int32_t *window)
+{
+    pv_json_array(json, key);
+    for (int i = 0; i < 4; i++)
+        pv_json_whole(json, NULL, window[i]);
+    pv_json_close(json);
+}
+
+void pv_json_params(pv_json *json, const pv_table *table, const void *params)
+{
+    pv_json_object(json, table->name);
+    for (int32_t i = 0; i < table->count; i++) {
+        const pv_param *row = &table->rows[i];
+        const void *at = (const char *)params + row->offset;
+        switch (row->type) {
+        case PAVE_PARAM_REAL: pv_json_number(json, row->name, *(const double *)at); break;
+        case PAVE_PARAM_LONG: pv_json_whole(json, row->name, *(const int64_t *)at); break;
+        case PAVE_PARAM_SEED: pv_json_unsigned(json, row->name, *(const uint64_t *)at); break;
+        case PAVE_PARAM_FLAG: pv_json_flag(json, row->name, *(const int32_t *)at); break;
+        case PAVE_PARAM_WINDOW: put_window(json, row->name, at); break;
+        case PAVE_PARAM_CHOICE: put_choice(json, row, *(const int32_t *)at); break;
+        default: pv_json_whole(json, row->name, *(const int32_t *)at);
+        }
+    }
+    pv_json_close(json);
+}
+
+/* A value as the text that pv_param_set takes; NULL if it is of no such kind. */
+static const char *as_text(const cJSON *item, char text[64])
+{
+    if (cJSON_IsString(item))
+        return item->valuestring;
+    if (cJSON_IsBool(item))
+        return cJSON_IsTrue(item) ? "1" : "0";
+    if (cJSON_IsNumber(item)) {
+        pv_text_number(text, 64, item->valuedouble);
+        return text;
+    }
+    if (!cJSON_IsArray(item) || cJSON_GetArraySize(item) != 4)
+        return NULL;
+    int at = 0;
+    for (int i = 0; i < 4; i++)
+        at += snprintf(text + at, 64 - (size_t)at, "%s%d", i ? "," : "", cJSON_GetArrayItem(item, i)->valueint);
+    return text;
+}
+
+pave_result pv_json_read_params(pave_context *context, const char *path, const void *parent, const pv_table *table,
+                                void *params)
+{
+    const cJSON *object = cJSON_GetObjectItemCaseSensitive(parent, table->name), *item;
+    pave_result result = PAVE_OK;
+    if (!cJSON_IsObject(object))
+        return pv_fail(context, PAVE_ERR_FORMAT, "%s: has no %s parameters", path, table->name);
+    cJSON_ArrayForEach(item, object)
+    {
+        char text[64];
+        const char *value = as_text(item, text);
+        if (!result && !value)
+            result = pv_fail(context, PAVE_ERR_FORMAT, "%s: %s is of a strange kind", path, item->string);
+        if (!result)
+            result = pv_param_set(context, table, params, item->string, value);
+    }
+    return result;
+}
