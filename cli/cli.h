@@ -27,6 +27,22 @@ typedef struct cli_group {
     void *params;
 } cli_group;
 
+/* The params of laying, and their groups. */
+enum { LAY_GROUPS = 7 };
+typedef struct lay_options {
+    pave_threshold_params threshold;
+    pave_field_params field;
+    pave_cvd_params cvd;
+    pave_stones_params stones;
+    pave_stream_params stream;
+    pave_limits limits; /* max_pixels 0: not given */
+    pave_context_params context;
+    pave_lay_params lay; /* points at the ones above */
+    cli_group groups[LAY_GROUPS];
+} lay_options;
+
+void lay_options_init(lay_options *options);
+
 enum { MOST_FILES = 16 };
 
 /* A verb's command line, taken apart. */

@@ -71,20 +71,7 @@ static int run(const cli_command *command, pave_context *context, const pave_lay
 
 int lay_main(int argc, char **argv)
 {
-    pave_threshold_params threshold = PAVE_THRESHOLD_PARAMS_INIT;
-    pave_field_params field = PAVE_FIELD_PARAMS_INIT;
-    pave_cvd_params cvd = PAVE_CVD_PARAMS_INIT;
-    pave_stones_params stones = PAVE_STONES_PARAMS_INIT;
-    pave_stream_params stream = PAVE_STREAM_PARAMS_INIT;
-    pave_limits limits = PAVE_LIMITS_INIT;
-    pave_context_params params = PAVE_CONTEXT_PARAMS_INIT;
-    pave_lay_params lay = { sizeof lay, &threshold, &field, &cvd, &stones };
-    const cli_group groups[] = {
-        { "Stones", PAVE_PARAMS_STONES, &stones },       { "Diagram", PAVE_PARAMS_CVD, &cvd },
-        { "Distance field", PAVE_PARAMS_FIELD, &field }, { "Drawing", PAVE_PARAMS_THRESHOLD, &threshold },
-        { "Machine", PAVE_PARAMS_CONTEXT, &params },     { "Size", PAVE_PARAMS_STREAM, &stream },
-        { "Limits", PAVE_PARAMS_LIMITS, &limits },
-    };
+    lay_options options;
     cli_command command = {
         .verb = "lay",
         .usage = "DRAWING -o FILE [-o FILE ...] [options]",
@@ -94,25 +81,27 @@ int lay_main(int argc, char **argv)
         .json = "write the report to stdout",
         .inputs = 1,
         .shards = 1,
-        .groups = groups,
-        .group_count = sizeof groups / sizeof *groups,
+        .groups = options.groups,
+        .group_count = LAY_GROUPS,
     };
-    params.limits = &limits;
-    limits.max_pixels = 0; /* not given */
+    lay_options_init(&options);
     int status = read_command(&command, argc, argv);
     if (!status)
-        status = check_outputs(&command, &stream);
+        status = check_outputs(&command, &options.stream);
     if (status)
         return status < 0 ? EXIT_FINE : status;
-    if (!limits.max_pixels)
-        limits.max_pixels = stream.memory || command.manifest ? (int64_t)1 << 40 : (int64_t)1 << 28;
-    pave_context *context = start(&command, &params);
+    int windows = options.stream.memory || command.manifest;
+    if (!options.limits.max_pixels)
+        options.limits.max_pixels = windows ? (int64_t)1 << 40 : (int64_t)1 << 28;
+    pave_context *context = start(&command, &options.context);
     if (!context)
         return EXIT_USAGE;
     if (command.manifest)
         status = run_shard(&command, context);
+    else if (windows)
+        status = run_stream(&command, context, &options.lay, &options.stream);
     else
-        status = stream.memory ? run_stream(&command, context, &lay, &stream) : run(&command, context, &lay);
+        status = run(&command, context, &options.lay);
     finish(&context);
     return status;
 }

@@ -74,6 +74,27 @@ const char *nearest_name(const char *typed, const char *const *names, int count)
     return best;
 }
 
+void lay_options_init(lay_options *o)
+{
+    const cli_group groups[LAY_GROUPS] = {
+        { "Stones", PAVE_PARAMS_STONES, &o->stones },       { "Diagram", PAVE_PARAMS_CVD, &o->cvd },
+        { "Distance field", PAVE_PARAMS_FIELD, &o->field }, { "Drawing", PAVE_PARAMS_THRESHOLD, &o->threshold },
+        { "Machine", PAVE_PARAMS_CONTEXT, &o->context },    { "Size", PAVE_PARAMS_STREAM, &o->stream },
+        { "Limits", PAVE_PARAMS_LIMITS, &o->limits },
+    };
+    memcpy(o->groups, groups, sizeof groups);
+    pave_threshold_params_init(&o->threshold, sizeof o->threshold);
+    pave_field_params_init(&o->field, sizeof o->field);
+    pave_cvd_params_init(&o->cvd, sizeof o->cvd);
+    pave_stones_params_init(&o->stones, sizeof o->stones);
+    pave_stream_params_init(&o->stream, sizeof o->stream);
+    pave_limits_init(&o->limits, sizeof o->limits);
+    pave_context_params_init(&o->context, sizeof o->context);
+    o->limits.max_pixels = 0;
+    o->context.limits = &o->limits;
+    o->lay = (pave_lay_params){ sizeof o->lay, &o->threshold, &o->field, &o->cvd, &o->stones };
+}
+
 static void print_value(const pave_param *param, double value)
 {
     const char *choice = param->choices;

@@ -15,19 +15,7 @@ static int run(const cli_command *command, pave_context *context, const pave_lay
 
 int plan_main(int argc, char **argv)
 {
-    pave_threshold_params threshold = PAVE_THRESHOLD_PARAMS_INIT;
-    pave_field_params field = PAVE_FIELD_PARAMS_INIT;
-    pave_cvd_params cvd = PAVE_CVD_PARAMS_INIT;
-    pave_stones_params stones = PAVE_STONES_PARAMS_INIT;
-    pave_stream_params stream = PAVE_STREAM_PARAMS_INIT;
-    pave_limits limits = PAVE_LIMITS_INIT;
-    pave_context_params params = PAVE_CONTEXT_PARAMS_INIT;
-    pave_lay_params lay = { sizeof lay, &threshold, &field, &cvd, &stones };
-    const cli_group groups[] = {
-        { "Stones", PAVE_PARAMS_STONES, &stones },       { "Diagram", PAVE_PARAMS_CVD, &cvd },
-        { "Distance field", PAVE_PARAMS_FIELD, &field }, { "Drawing", PAVE_PARAMS_THRESHOLD, &threshold },
-        { "Size", PAVE_PARAMS_STREAM, &stream },         { "Limits", PAVE_PARAMS_LIMITS, &limits },
-    };
+    lay_options options;
     cli_command command = {
         .verb = "plan",
         .usage = "DRAWING -o PLAN.json [--memory N] [options]",
@@ -36,20 +24,21 @@ int plan_main(int argc, char **argv)
                    "Prints the number of windows. --memory is what one of them may take.",
         .outputs = "where the plan goes",
         .inputs = 1,
-        .groups = groups,
-        .group_count = sizeof groups / sizeof *groups,
+        .groups = options.groups,
+        .group_count = LAY_GROUPS,
     };
-    params.limits = &limits;
-    limits.max_pixels = (int64_t)1 << 40;
+    lay_options_init(&options);
     int status = read_command(&command, argc, argv);
     if (!status && command.output_count != 1)
         complain(&command, "where to? give one -o PLAN.json"), status = EXIT_USAGE;
     if (status)
         return status < 0 ? EXIT_FINE : status;
-    pave_context *context = start(&command, &params);
+    if (!options.limits.max_pixels)
+        options.limits.max_pixels = (int64_t)1 << 40;
+    pave_context *context = start(&command, &options.context);
     if (!context)
         return EXIT_USAGE;
-    status = run(&command, context, &lay, &stream);
+    status = run(&command, context, &options.lay, &options.stream);
     finish(&context);
     return status;
 }

@@ -1,129 +1,11 @@
 /* The Vulkan engines give the same labels and sites as the CPU, bit for bit. */
-#include "backend/backend.h"
 #include "backend/vulkan/compute.h"
-#include "util/random.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
-enum { SPREAD, CLUSTERED, DOUBLED };
-
-typedef struct problem {
-    pv_plane plane;
-    pave_site *sites;
-    pv_home *homes;
-    uint16_t *edge;
-} problem;
-
-typedef struct outcome {
-    int32_t *labels;
-    pave_site *sites;
-    int64_t empty, moved; /* of all steps, weighted */
-    char name[128];
-} outcome;
-
-static int32_t fixed(double v)
-{
-    return (int32_t)(256 * v + 0.5);
-}
-
-static void place(const problem *p, int kind, int32_t i, int32_t n, pave_site *site)
-{
-    const pv_plane *plane = &p->plane;
-    pv_random r = pv_draw(7, PV_DRAW_SITES, (uint32_t)(kind == DOUBLED ? i / 2 : i), 0, 0);
-    site->x = (int32_t)pv_below(r.word[0], (uint32_t)(256 * plane->width));
-    site->y = (int32_t)pv_below(r.word[1], (uint32_t)(256 * plane->height));
-    if (kind == CLUSTERED && i >= n / 8) { /* most of them in one spot, many in the very same */
-        site->x = 128 * plane->width + (int32_t)(r.word[0] % 40) / 4;
-        site->y = 128 * plane->height + (int32_t)(r.word[1] % 40) / 4;
-    }
-    site->cosine = 65536;
-    site->half_x = (int32_t)(plane->cell / 4.0 * (0.5 + 1.5 * r.word[2] / 4294967296.0));
-    site->half_y = plane->cell / 4;
-}
-
-/* Two rings and a line, as chamfer-like distances, in 1/256 px. */
-static void draw_edges(problem *p)
-{
-    pv_plane *plane = &p->plane;
-    plane->edge = p->edge = calloc((size_t)plane->width * (size_t)plane->height, sizeof *p->edge);
-    for (int32_t y = 0; y < plane->height; y++)
-        for (int32_t x = 0; x < plane->width; x++) {
-            int32_t line = abs(x - 2 * y + plane->height / 3) * 110, box = abs(abs(x - plane->width / 2) - 20) * 256;
-            int32_t d = line < box ? line : box;
-            p->edge[y * plane->width + x] = d < UINT16_MAX ? (uint16_t)d : UINT16_MAX;
-        }
-}
-
-static problem pose(int32_t width, int32_t height, double h, int kind, int edges, int32_t n)
-{
-    problem p = { .plane = { .width = width, .height = height } };
-    p.plane.cell = fixed(2 * h);
-    p.plane.push_within = fixed(1.5 * h);
-    p.plane.push_to = fixed(h);
-    p.plane.noise_wave = fixed(32 * h);
-    p.plane.noise_swing = 32768;
-    p.plane.noise_key = 0x12345678;
-    p.plane.seed = 0x1234567890abcdef;
-    if (!n)
-        n = (int32_t)(width * height / (4 * h * h)) + 1;
-    p.sites = calloc((size_t)n, sizeof *p.sites);
-    p.homes = calloc((size_t)n, sizeof *p.homes);
-    for (int32_t i = 0; i < n; i++) {
-        place(&p, kind, i, n, &p.sites[i]);
-        p.homes[i] = (pv_home){ p.sites[i].x / p.plane.cell, p.sites[i].y / p.plane.cell, i % 64 };
-    }
-    p.plane.sites = n;
-    p.plane.start = p.sites;
-    p.plane.home = p.homes;
-    if (edges)
-        draw_edges(&p);
-    return p;
-}
-
-static void forget(problem *p)
-{
-    free(p->sites);
-    free(p->homes);
-    free(p->edge);
-}
-
-static outcome solve(pave_context *context, const pv_backend *backend, const pv_plane *plane, int32_t iterations)
-{
-    outcome o = { 0 };
-    void *engine = NULL;
-    o.labels = malloc((size_t)plane->width * (size_t)plane->height * sizeof *o.labels);
-    o.sites = malloc((size_t)plane->sites * sizeof *o.sites);
-    assert_int_equal(backend->open(context, plane, &engine, o.name), PAVE_OK);
-    for (int32_t i = 0; i < iterations; i++) {
-        pv_step step;
-        assert_int_equal(backend->step(context, engine, i, 0, 0, &step), PAVE_OK);
-        o.empty += (i + 1) * step.empty;
-        o.moved += (i + 1) * step.moved;
-    }
-    assert_int_equal(backend->labels(context, engine, 0, 1, o.labels), PAVE_OK);
-    assert_int_equal(backend->sites(context, engine, o.sites), PAVE_OK);
-    backend->close(engine);
-    return o;
-}
+#include "problem.h"
 
 enum { ENGINES = 2 };
 static const pv_backend *const engines[ENGINES] = { &pv_vulkan_compute_backend, &pv_vulkan_raster_backend };
 static char ran_on[ENGINES][128]; /* told at the end: tests/run.sh looks for it */
-
-static void assert_same(const outcome *a, const outcome *b, const pv_plane *plane)
-{
-    assert_memory_equal(a->labels, b->labels, (size_t)plane->width * (size_t)plane->height * sizeof *a->labels);
-    assert_memory_equal(a->sites, b->sites, (size_t)plane->sites * sizeof *a->sites);
-    assert_int_equal(a->empty, b->empty);
-    assert_int_equal(a->moved, b->moved);
-}
 
 static void compare(pave_context *context, const pv_backend *other, problem p, int32_t iterations)
 {
@@ -146,7 +28,7 @@ static void on_message(void *user, int32_t level, const char *text)
 
 static pave_context *context;
 
-static int open_context(void **state)
+static int open_shared_context(void **state)
 {
     (void)state;
     pave_context_params params = PAVE_CONTEXT_PARAMS_INIT;
@@ -155,7 +37,7 @@ static int open_context(void **state)
     return pave_context_create(&params, &context);
 }
 
-static int close_context(void **state)
+static int close_shared_context(void **state)
 {
     (void)state;
     pave_context_free(&context);
@@ -315,5 +197,5 @@ int main(void)
         cmocka_unit_test(gives_up_rather_than_guess),
         cmocka_unit_test(can_be_cancelled),
     };
-    return cmocka_run_group_tests_name("vulkan", tests, open_context, close_context);
+    return cmocka_run_group_tests_name("vulkan", tests, open_shared_context, close_shared_context);
 }
