@@ -257,8 +257,10 @@ static pave_result create_buffers(pave_context *context, pv_vk_engine *e, const 
         [LABELS] = band * TILE * TILE * 4, [TOTALS] = sizeof(pv_vk_totals),
         [CHUNKS] = 32 * ((n + PV_VK_CHUNK - 1) / PV_VK_CHUNK),
     };
-    for (int part = 0; part < PV_VK_EDGE_PARTS; part++)
-        size[EDGE + part] = (VkDeviceSize)(edge_part(plane, part) + 2) / 2 * 4;
+    for (int part = 0; part < PV_VK_EDGE_PARTS; part++) { /* 2 px a word; an empty part has one too */
+        int64_t words = pv_ceil_div(edge_part(plane, part), 2);
+        size[EDGE + part] = 4 * (VkDeviceSize)(words ? words : 1);
+    }
     pave_result result = pv_vk_staging_create(context, &e->vk, STAGING);
     for (int i = 0; i < PV_VK_BUFFERS && !result; i++)
         result = pv_vk_buffer_create(context, &e->vk, size[i], &e->buffers[i]);
