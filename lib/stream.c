@@ -102,12 +102,10 @@ static int is_done(const stream *s, const char *path, const pv_rect *w)
         return 0;
     if (s->plan.cvd.stones) /* follows from it */
         head.cvd.half_side = s->plan.cvd.half_side;
-    return head.drawing == s->plan.hash && head.x == w->x && head.y == w->y && head.width == w->width &&
-           head.height == w->height &&
-           pv_params_same(&pv_cvd_table, &head.cvd, &s->plan.cvd, offsetof(pave_cvd_params, window)) &&
-           pv_params_same(&pv_stones_table, &head.stones, &s->plan.stones, sizeof head.stones) &&
-           pv_params_same(&pv_field_table, &head.field, &s->plan.field, sizeof head.field) &&
-           pv_params_same(&pv_threshold_table, &head.threshold, &s->plan.threshold, sizeof head.threshold);
+    const pv_manifest *plan = &s->plan;
+    pv_making making = { plan->hash, &plan->threshold, &plan->field, &plan->cvd, &plan->stones };
+    return head.x == w->x && head.y == w->y && head.width == w->width && head.height == w->height &&
+           pv_stones_file_same(&head, &making);
 }
 
 /* The stones of a window from so much of the drawing around it; NULL, and a larger margin, if that is too little. */

@@ -3,13 +3,9 @@
 #include "io/pile.h"
 #include "io/stonefile.h"
 
-#include "cvd/cvd.h"
-#include "field/field.h"
-
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
-#include <stddef.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -233,15 +229,11 @@ static void begin_head(pave_stones *head, const pv_stone_file_head *part)
     memcpy(head->backend_name, part->backend_name, sizeof head->backend_name);
 }
 
-/* Everything that stones follow from, but for the window, must be the same. */
 static int same_pavement(const pave_stones *head, const pv_stone_file_head *part)
 {
-    return head->drawing == part->drawing && head->plane_width == part->plane_width &&
-           head->plane_height == part->plane_height &&
-           pv_params_same(&pv_cvd_table, &head->cvd, &part->cvd, offsetof(pave_cvd_params, window)) &&
-           pv_params_same(&pv_stones_table, &head->params, &part->stones, sizeof head->params) &&
-           pv_params_same(&pv_field_table, &head->field, &part->field, sizeof head->field) &&
-           pv_params_same(&pv_threshold_table, &head->threshold, &part->threshold, sizeof head->threshold);
+    pv_making making = { head->drawing, &head->threshold, &head->field, &head->cvd, &head->params };
+    return head->plane_width == part->plane_width && head->plane_height == part->plane_height &&
+           pv_stones_file_same(part, &making);
 }
 
 static pave_result add_part(pave_context *context, const char *path, int32_t i, pv_pile *pile, double *area)

@@ -1,11 +1,14 @@
 /* Stones to a binary file, and its head back. */
 #include "io/stonefile.h"
 
+#include "cvd/cvd.h"
+#include "field/field.h"
 #include "io/output.h"
 #include "io/pile.h"
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stddef.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -88,6 +91,15 @@ pave_result pv_stones_file_write(pave_context *context, pv_pile *pile, const cha
     result = put_stones(context, pile, output, &bytes);
     fill_head(pile, bytes, &head);
     return pv_output_close_head(output, result, &head, sizeof head);
+}
+
+int pv_stones_file_same(const pv_stone_file_head *head, const pv_making *making)
+{
+    return head->drawing == making->drawing &&
+           pv_params_same(&pv_cvd_table, &head->cvd, making->cvd, offsetof(pave_cvd_params, window)) &&
+           pv_params_same(&pv_stones_table, &head->stones, making->stones, sizeof head->stones) &&
+           pv_params_same(&pv_field_table, &head->field, making->field, sizeof head->field) &&
+           pv_params_same(&pv_threshold_table, &head->threshold, making->threshold, sizeof head->threshold);
 }
 
 static pave_result unreadable(pave_context *context, const char *path, int error)

@@ -31,5 +31,16 @@ typedef struct pv_stone_file_head {
 struct pv_pile;
 pave_result pv_stones_file_write(pave_context *context, struct pv_pile *pile, const char *path);
 
+/* Everything that stones follow from, but for the window: where two agree, their stones are of one pavement. */
+typedef struct pv_making {
+    uint64_t drawing;
+    const pave_threshold_params *threshold;
+    const pave_field_params *field;
+    const pave_cvd_params *cvd;
+    const pave_stones_params *stones;
+} pv_making;
+
+int pv_stones_file_same(const pv_stone_file_head *head, const pv_making *making);
+
 /* Reads and checks a head. */
 pave_result pv_stones_file_head(pave_context *context, const char *path, pv_stone_file_head *head);
