@@ -73,12 +73,12 @@ static pave_result divide(stream *s, int64_t memory)
     if (cvd.stones)
         cvd.half_side = sqrt(width * height / cvd.stones) / 2;
     s->plan.margin = pv_margin_guess(&cvd) + (int32_t)(cvd.window_margin * cvd.half_side) + SPARE;
-    double left = (double)memory - BASE - (double)s->drawing.stride * height;
+    double held = s->drawing.bits ? (double)s->drawing.stride * height : 0, left = (double)memory - BASE - held;
     double side = floor(sqrt(fmax(left, 0) / BYTES_A_PIXEL)) - 2 * s->plan.margin;
     if (side < s->plan.margin / 2 && left < BYTES_A_PIXEL * width * height) {
         double least = 2.5 * s->plan.margin;
         return pv_fail(s->context, PAVE_ERR_LIMIT, "memory is %lld bytes, but windows of this drawing need %.0f",
-                       (long long)memory, least * least * BYTES_A_PIXEL + BASE + (double)s->drawing.stride * height);
+                       (long long)memory, least * least * BYTES_A_PIXEL + BASE + held);
     }
     if (left >= BYTES_A_PIXEL * width * height)
         side = fmax(width, height);
@@ -192,34 +192,38 @@ static pave_result merge_parts(stream *s, const char *const *outputs, int32_t co
     return result;
 }
 
-/* Reads the drawing that a plan is for. */
-static pave_result read_drawing(stream *s, const char *drawing, double to)
+/* Reads the drawing that a plan is for, beside what will be written, and names it. */
+static pave_result read_drawing(stream *s, const char *drawing, pv_room room, double to, uint64_t *hash)
 {
     pv_call call = pv_call_begin(s->context, "read", 0, to);
-    pave_result result = pv_drawing_read(s->context, drawing, &s->plan.threshold, &s->drawing);
+    pave_result result = pv_drawing_read(s->context, drawing, &s->plan.threshold, &room, &s->drawing);
+    if (!result)
+        result = pv_bitmap_hash(s->context, &s->drawing, hash);
     pv_call_end(s->context, call);
     return result;
 }
 
 /* The plan of a drawing within a memory. */
-static pave_result make_plan(stream *s, const char *drawing, const pave_lay_params *given, int64_t memory, double to)
+static pave_result make_plan(stream *s, const char *drawing, const pave_lay_params *given, int64_t memory,
+                             const char *beside, double to)
 {
+    memory = memory ? memory : DEFAULT_MEMORY;
+    pv_room room = { memory > BASE ? memory - BASE : 0, beside };
     pave_result result = read_params(s, given);
     if (!result)
-        result = read_drawing(s, drawing, to);
+        result = read_drawing(s, drawing, room, to, &s->plan.hash);
     if (result)
         return result;
-    s->plan.hash = pv_bitmap_hash(&s->drawing);
     s->plan.width = s->drawing.width;
     s->plan.height = s->drawing.height;
-    return divide(s, memory ? memory : DEFAULT_MEMORY);
+    return divide(s, memory);
 }
 
 static pave_result lay_all(stream *s, const pave_stream_params *params, const char *drawing,
                            const pave_lay_params *given, const char *const *outputs, int32_t count)
 {
     pave_context *context = s->context;
-    pave_result result = make_plan(s, drawing, given, params->memory, 0.03);
+    pave_result result = make_plan(s, drawing, given, params->memory, outputs[0], 0.03);
     if (!result)
         result = make_folder(s, params->folder, outputs[0]);
     int32_t windows = s->plan.columns * s->plan.rows;
@@ -300,7 +304,7 @@ pave_result pave_plan(pave_context *context, const char *drawing, const pave_lay
     if (!s)
         return result;
     pv_call call = pv_call_begin(context, "plan", 0, 1);
-    result = make_plan(s, drawing, given, params.memory, 1);
+    result = make_plan(s, drawing, given, params.memory, manifest, 1);
     pv_call_end(context, call);
     *windows = s->plan.columns * s->plan.rows;
     if (!result && *windows > PV_MOST_WINDOWS)
@@ -317,9 +321,18 @@ pave_result pave_plan(pave_context *context, const char *drawing, const pave_lay
     return result;
 }
 
+/* A plan does not say what memory it was made for: what its windows take, and what it is by default. */
+static pv_room room_of_a_window(const stream *s, const char *beside)
+{
+    pv_rect w = pv_manifest_window(&s->plan, 0);
+    int64_t margin = 2 * (int64_t)s->plan.margin, bytes = (w.width + margin) * (w.height + margin) * BYTES_A_PIXEL;
+    return (pv_room){ bytes > DEFAULT_MEMORY - BASE ? bytes : DEFAULT_MEMORY - BASE, beside };
+}
+
 static pave_result lay_shard(stream *s, const char *manifest, int32_t shard, const char *output)
 {
     char path[PATH + 32];
+    uint64_t hash = 0;
     pave_result result = pv_manifest_read(s->context, manifest, &s->plan);
     if (result)
         return result;
@@ -331,8 +344,8 @@ static pave_result lay_shard(stream *s, const char *manifest, int32_t shard, con
         part_path(s, shard, path);
     }
     if (!result)
-        result = read_drawing(s, s->plan.drawing, 0.1);
-    if (!result && (pv_bitmap_hash(&s->drawing) != s->plan.hash || s->drawing.width != s->plan.width))
+        result = read_drawing(s, s->plan.drawing, room_of_a_window(s, manifest), 0.1, &hash);
+    if (!result && (hash != s->plan.hash || s->drawing.width != s->plan.width))
         result = pv_fail(s->context, PAVE_ERR_FORMAT, "%s: is not the drawing that %s was planned for",
                          s->plan.drawing, manifest);
     pv_call call = pv_call_begin(s->context, "lay", 0.1, 1);
