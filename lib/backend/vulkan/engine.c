@@ -290,7 +290,8 @@ pave_result pv_vk_engine_open(pave_context *context, pv_vk_engine *e, const pv_p
                               int32_t capacity, pv_vk_label *label)
 {
     if ((int64_t)plane->width * plane->height > (int64_t)PV_VK_EDGE_PARTS * EDGE_PART)
-        return pv_fail(context, PAVE_ERR_UNSUPPORTED, "%d x %d px are beyond the 2^28 of the Vulkan engine",
+        return pv_fail(context, PAVE_ERR_UNSUPPORTED,
+                       "%d x %d px are beyond the 2^28 px of the Vulkan engines; lay them in windows",
                        (int)plane->width, (int)plane->height);
     e->plane = describe(plane, capacity);
     e->tiles = e->plane.tiles_across * (int32_t)pv_ceil_div(plane->height, TILE);
