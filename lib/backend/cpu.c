@@ -54,6 +54,18 @@ static pave_result allocate_columns(pave_context *context, pv_cpu *cpu)
     return result;
 }
 
+static void fill_squeeze(uint64_t *squeeze)
+{
+    for (uint32_t mask = 0; mask < 1 << PV_LANES; mask++) {
+        squeeze[mask] = 0;
+        for (uint64_t lane = 0, at = 0; lane < PV_LANES; lane++)
+            if (mask >> lane & 1) {
+                squeeze[mask] |= lane << at;
+                at += 8;
+            }
+    }
+}
+
 static pave_result allocate_buckets(pave_context *context, pv_cpu *cpu)
 {
     pave_result result = PAVE_OK;
@@ -119,6 +131,7 @@ pave_result pv_cpu_open(pave_context *context, const pv_plane *plane, pv_label_r
     cpu->buckets = (int64_t)cpu->across * cpu->down;
     cpu->parts = cpu->workers < MOST_PARTS ? cpu->workers : MOST_PARTS;
     cpu->reach = pv_plane_reach(plane);
+    fill_squeeze(cpu->squeeze);
     result = allocate(context, cpu);
     if (!result)
         result = find_near(context, cpu);

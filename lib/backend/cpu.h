@@ -36,6 +36,7 @@ struct pv_cpu {
     int32_t *index;     /* which site, in sorted order */
     pave_site *sorted;  /* copies, so that neighbours lie together: */
     pv_columns columns; /* the one or the other */
+    uint64_t squeeze[1 << PV_LANES]; /* of the bits set in a mask of lanes, the lanes, in a byte each */
     int32_t parts;      /* that are sorted side by side */
     int32_t *place, *block_first;
 };
