@@ -6,6 +6,7 @@
 #include "util/fixed.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { MOST_PARTS = 16 };
@@ -79,10 +80,22 @@ static pave_result allocate_buckets(pave_context *context, pv_cpu *cpu)
     return result;
 }
 
+static size_t near_across(const pv_cpu *cpu)
+{
+    return (size_t)pv_ceil_div(cpu->plane.width, PV_NEAR);
+}
+
+static size_t near_rows(const pv_cpu *cpu)
+{
+    return (size_t)pv_ceil_div(cpu->plane.height, PV_NEAR);
+}
+
 static pave_result allocate(pave_context *context, pv_cpu *cpu)
 {
     size_t n = (size_t)cpu->plane.sites;
     pave_result result = allocate_buckets(context, cpu);
+    if (!result && cpu->plane.edge)
+        cpu->near = pv_allocate(context, near_across(cpu) * near_rows(cpu), 1, &result);
     if (!result)
         cpu->sites = pv_allocate(context, n, sizeof *cpu->sites, &result);
     if (!result)
@@ -93,26 +106,6 @@ static pave_result allocate(pave_context *context, pv_cpu *cpu)
         result = allocate_columns(context, cpu);
     else if (!result)
         cpu->sorted = pv_allocate(context, n, sizeof *cpu->sorted, &result);
-    return result;
-}
-
-static void near_task(void *data, int32_t row, int32_t worker)
-{
-    (void)worker;
-    pv_cpu *cpu = data;
-    pv_near_row(&cpu->plane, row, cpu->near + row * pv_ceil_div(cpu->plane.width, PV_NEAR));
-}
-
-static pave_result find_near(pave_context *context, pv_cpu *cpu)
-{
-    pave_result result = PAVE_OK;
-    int32_t rows = (int32_t)pv_ceil_div(cpu->plane.height, PV_NEAR);
-    if (!cpu->plane.edge)
-        return PAVE_OK;
-    cpu->near = pv_allocate(context, (size_t)rows * (size_t)pv_ceil_div(cpu->plane.width, PV_NEAR), 1, &result);
-    if (!result)
-        result = pv_parallel(context, rows, near_task, cpu, 0, 0);
-    cpu->plane.near = cpu->near;
     return result;
 }
 
@@ -133,8 +126,6 @@ pave_result pv_cpu_open(pave_context *context, const pv_plane *plane, pv_label_r
     cpu->reach = pv_plane_reach(plane);
     fill_squeeze(cpu->squeeze);
     result = allocate(context, cpu);
-    if (!result)
-        result = find_near(context, cpu);
     if (result) {
         pv_cpu_close(cpu);
         return result;
@@ -207,10 +198,16 @@ static pave_result label_all(pave_context *context, pv_cpu *cpu, int32_t *labels
 typedef struct relax_job {
     pv_cpu *cpu;
     int32_t iteration;
-    atomic_llong empty, moved;
+    atomic_llong empty, moved, way;
 } relax_job;
 
 enum { CHUNK = 4096, AHEAD = 12 };
+
+static int32_t move_of(const pave_site *before, const pave_site *after)
+{
+    int32_t x = abs(after->x - before->x), y = abs(after->y - before->y);
+    return x > y ? x : y;
+}
 
 static void relax_task(void *data, int32_t chunk, int32_t worker)
 {
@@ -218,7 +215,7 @@ static void relax_task(void *data, int32_t chunk, int32_t worker)
     relax_job *job = data;
     pv_cpu *cpu = job->cpu;
     int32_t n = cpu->plane.sites, to = (chunk + 1) * CHUNK < n ? (chunk + 1) * CHUNK : n;
-    int64_t empty = 0, moved = 0;
+    int64_t empty = 0, moved = 0, way = 0;
     pv_noise_cell cell = { .known = 0 };
     for (int32_t i = chunk * CHUNK; i < to; i++) {
         pv_sum sum = { 0, 0, 0 };
@@ -232,19 +229,42 @@ static void relax_task(void *data, int32_t chunk, int32_t worker)
         pave_site before = cpu->sites[i];
         pv_site_relax(&cpu->plane, i, job->iteration, &sum, &cell, &cpu->sites[i]);
         empty += !sum.count;
-        moved += before.x != cpu->sites[i].x || before.y != cpu->sites[i].y;
+        int32_t move = move_of(&before, &cpu->sites[i]);
+        moved += move > 0;
+        way += move;
     }
     atomic_fetch_add(&job->empty, empty);
     atomic_fetch_add(&job->moved, moved);
+    atomic_fetch_add(&job->way, way);
+}
+
+static void near_task(void *data, int32_t row, int32_t worker)
+{
+    (void)worker;
+    pv_cpu *cpu = data;
+    pv_near_row(&cpu->plane, row, cpu->near + (size_t)row * near_across(cpu));
+}
+
+/* Before the first sites move. */
+static pave_result find_near(pave_context *context, pv_cpu *cpu, double at)
+{
+    if (!cpu->near || cpu->plane.near)
+        return PAVE_OK;
+    pave_result result = pv_parallel(context, (int32_t)near_rows(cpu), near_task, cpu, at, at);
+    cpu->plane.near = result ? NULL : cpu->near;
+    return result;
 }
 
 pave_result pv_cpu_relax(pave_context *context, pv_cpu *cpu, int32_t iteration, double from, double to, pv_step *out)
 {
     relax_job job = { .cpu = cpu, .iteration = iteration };
     int32_t chunks = (int32_t)pv_ceil_div(cpu->plane.sites, CHUNK);
-    pave_result result = pv_parallel(context, chunks, relax_task, &job, from, to);
+    pave_result result = find_near(context, cpu, from);
+    if (!result)
+        result = pv_parallel(context, chunks, relax_task, &job, from, to);
     out->empty = atomic_load(&job.empty);
     out->moved = atomic_load(&job.moved);
+    out->way = atomic_load(&job.way);
     return result;
 }
 

@@ -134,12 +134,19 @@ static void revive(const pv_plane *plane, int32_t index, int32_t iteration, pave
     site->y -= (site->y + plane->origin_y) % plane->cell - (int32_t)pv_below(r.word[1], (uint32_t)plane->cell);
 }
 
+/* So far beyond the centroid as the relaxation says, or short of it; windows rely on the bound. */
+static int32_t past_centroid(const pv_plane *plane, int32_t from, int32_t centroid)
+{
+    int64_t way = ((int64_t)plane->excess * (centroid - from) + 32768) >> 16;
+    return centroid + clamp((int32_t)way, -plane->cell, plane->cell);
+}
+
 void pv_site_relax(const pv_plane *plane, int32_t index, int32_t iteration, const pv_sum *sum, pv_noise_cell *cell,
                    pave_site *site)
 {
     if (sum->count) {
-        site->x = mean(sum->x, sum->count);
-        site->y = mean(sum->y, sum->count);
+        site->x = past_centroid(plane, site->x, mean(sum->x, sum->count));
+        site->y = past_centroid(plane, site->y, mean(sum->y, sum->count));
     } else {
         revive(plane, index, iteration, site);
     }

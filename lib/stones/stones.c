@@ -119,6 +119,8 @@ pave_result pave_stones_create(pave_context *context, const pave_image *drawing,
     stones->width = cvd->window.width;
     stones->height = cvd->window.height;
     stones->measure.size = sizeof stones->measure;
+    stones->measure.steps = cvd->steps;
+    stones->measure.movement = cvd->movement;
     stones->cvd = cvd->params;
     stones->params = params;
     stones->field = field->params;
