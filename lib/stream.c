@@ -52,6 +52,9 @@ static pave_result read_params(pv_stream *s, const pave_lay_params *given)
         result = pv_params_read(context, &pv_cvd_table, params->cvd, &s->plan.cvd);
     if (!result)
         result = pv_params_read(context, &pv_stones_table, params->stones, &s->plan.stones);
+    if (!result && s->plan.cvd.until_still > 0)
+        result = pv_fail(context, PAVE_ERR_ARGUMENT,
+                         "until_still looks at all sites of a plane: it is not for what is laid window by window");
     for (int i = 0; i < 4 && !result; i++)
         if (s->plan.cvd.window[i])
             result = pv_fail(context, PAVE_ERR_ARGUMENT, "give a window or a memory, not both");

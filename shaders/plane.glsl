@@ -32,6 +32,8 @@ layout(std430, set = 0, binding = 7) buffer Labels { ivec4 labels[]; }; // 16 a 
 layout(std430, set = 0, binding = 8) buffer Totals {
     uint total_sorted, total_empty, total_moved, total_lost;
     uint total_radius; // no pixel is farther from its site
+    uint unused;
+    uint64_t total_way; // of all sites: the larger of the moves in x and in y
     uint far[];
 };
 layout(std430, set = 0, binding = 9) buffer Chunks { Chunk chunk[]; };

@@ -13,7 +13,7 @@ static const pave_cvd_params default_params = PAVE_CVD_PARAMS_INIT;
 static const pv_param cvd_rows[] = {
     PV_REAL(pave_cvd_params, half_side, "px", 1, 4096, "half the side of a mean stone"),
     PV_INTEGER(pave_cvd_params, stones, "", 0, 1 << 30, "number of stones wanted, instead of half-side; 0: none"),
-    PV_INTEGER(pave_cvd_params, iterations, "", 0, 10000, "times that sites move to the centroid of their cell"),
+    PV_INTEGER(pave_cvd_params, iterations, "", 0, 10000, "most times that sites move to the centroid of their cell"),
     PV_SEED(pave_cvd_params, seed, "another seed, another pavement"),
     PV_REAL(pave_cvd_params, cap, "half sides", 0, 1, "half extent of the metric's flat box"),
     PV_REAL(pave_cvd_params, scale_min, "", 0.1, 10, "least stretch of a box"),
@@ -24,6 +24,8 @@ static const pv_param cvd_rows[] = {
     PV_REAL(pave_cvd_params, push_to, "half sides", 0, 4, "to this distance from the edge"),
     PV_WINDOW(pave_cvd_params, window, "only this part of the plane, px [the whole]"),
     PV_REAL(pave_cvd_params, window_margin, "half sides", 0, 4096, "exact labels wanted around the window"),
+    PV_REAL(pave_cvd_params, relaxation, "", 0.1, 2, "sites go so many times the way to the centroid"),
+    PV_REAL(pave_cvd_params, until_still, "px", 0, 4096, "end when sites move by no more on average; 0: never"),
 };
 
 const pv_table pv_cvd_table = PV_TABLE("cvd", default_params, cvd_rows);
@@ -73,6 +75,11 @@ static pave_result read_window(pave_context *context, const pave_field *field, c
     return PAVE_OK;
 }
 
+static int is_whole(const pave_field *field, pv_rect w)
+{
+    return w.width == plane_width(field) && w.height == plane_height(field);
+}
+
 static pave_result read_params(pave_context *context, const pave_cvd_params *given, const pave_field *field,
                                pave_cvd *cvd)
 {
@@ -81,7 +88,12 @@ static pave_result read_params(pave_context *context, const pave_cvd_params *giv
         result = pv_fail(context, PAVE_ERR_ARGUMENT, "scale_min is greater than scale_max");
     if (!result)
         result = read_stones(context, field, &cvd->params);
-    return result ? result : read_window(context, field, cvd->params.window, &cvd->window);
+    if (!result)
+        result = read_window(context, field, cvd->params.window, &cvd->window);
+    if (!result && cvd->params.until_still > 0 && !is_whole(field, cvd->window))
+        result = pv_fail(context, PAVE_ERR_ARGUMENT,
+                         "until_still looks at all sites of a plane: it is not for windows");
+    return result;
 }
 
 static const float *field_row(const pave_field *field, const pave_cvd *cvd, int32_t y)
@@ -133,6 +145,7 @@ static void set_lengths(const pave_cvd *cvd, pv_plane *plane)
     plane->cell = fixed(2 * h);
     plane->push_within = fixed(params->push_within * h);
     plane->push_to = fixed(params->push_to * h);
+    plane->excess = (int32_t)floor((params->relaxation - 1) * 65536 + 0.5);
     plane->noise_wave = fixed(params->noise_length * h);
     plane->noise_swing = (int32_t)floor(params->noise_angle * 65536 / 360 + 0.5);
     plane->noise_key = pv_draw(params->seed, PV_DRAW_NOISE, 0, 0, 0).word[0];
@@ -146,9 +159,13 @@ static pave_result relax(pave_context *context, const pv_backend *backend, void 
     double share = 1.0 / (steps + 1);
     pave_result result = PAVE_OK;
     for (int32_t i = 0; i < steps && !result; i++) {
-        pv_step step = { 0, 0, 0 };
+        pv_step step = { 0, 0, 0, 0 };
         result = backend->step(context, engine, i, i * share, (i + 1) * share, &step);
         cvd->exact = pv_margin_after(plane, cvd->exact, step.radius);
+        cvd->movement = (double)step.way / plane->sites / 256;
+        cvd->steps = i + 1;
+        if (cvd->movement <= cvd->params.until_still && cvd->params.until_still > 0)
+            break;
     }
     if (!result)
         result = backend->labels(context, engine, steps * share, 1, cvd->labels);
@@ -160,6 +177,7 @@ static pave_result relax(pave_context *context, const pv_backend *backend, void 
 static pave_result run_on(pave_context *context, const pv_backend *backend, const pv_plane *plane, pave_cvd *cvd)
 {
     void *engine = NULL;
+    cvd->movement = cvd->steps = 0;
     cvd->exact = plane->push_within + FIELD_ROUNDING; /* what lies beyond the field cannot be nearer than that */
     pave_result result = backend->open(context, plane, &engine, cvd->backend_name);
     if (!result)
@@ -321,6 +339,8 @@ pave_result pv_cvd_create(pave_context *context, const pave_field *field, const 
     if (!result)
         result = make(context, field, needed, cvd);
     pv_call_end(context, call);
+    if (!is_whole(field, cvd->window) && cvd->steps)
+        cvd->movement = -1;
     if (result || *needed)
         pave_cvd_free(&cvd);
     *out = cvd;
@@ -361,6 +381,8 @@ const int32_t *pave_cvd_labels(const pave_cvd *cvd) { return cvd->window_labels;
 int32_t pave_cvd_site_count(const pave_cvd *cvd) { return cvd->site_count; }
 const pave_site *pave_cvd_sites(const pave_cvd *cvd) { return cvd->sites; }
 const int32_t *pave_cvd_site_numbers(const pave_cvd *cvd) { return cvd->numbers; }
+int32_t pave_cvd_steps(const pave_cvd *cvd) { return cvd->steps; }
+double pave_cvd_movement(const pave_cvd *cvd) { return cvd->movement; }
 int32_t pave_cvd_backend(const pave_cvd *cvd) { return cvd->backend; }
 const char *pave_cvd_backend_name(const pave_cvd *cvd) { return cvd->backend_name; }
 

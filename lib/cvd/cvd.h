@@ -24,6 +24,8 @@ struct pave_cvd {
     uint8_t *mine;          /* has the window this site's home cell's corner? Then its stone belongs to the window */
     int32_t exact;          /* labels are exact from this far inside the region's open borders, 1/256 px */
     int32_t radius;         /* no pixel is farther from its site, 1/256 px */
+    int32_t steps;
+    double movement;        /* mean over the sites in the last step, px */
     pave_cvd_params params; /* half_side as it was used */
     int32_t backend;
     char backend_name[128];

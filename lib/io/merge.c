@@ -244,6 +244,8 @@ static void begin_head(pave_stones *head, const pv_stone_file_head *part)
     head->measure.size = sizeof head->measure;
     head->measure.area_step = part->measure.area_step;
     head->measure.half_side = part->measure.half_side;
+    head->measure.steps = part->measure.steps;
+    head->measure.movement = -1;
     head->cvd = part->cvd;
     memset(head->cvd.window, 0, sizeof head->cvd.window);
     head->params = part->stones;

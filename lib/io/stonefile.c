@@ -94,10 +94,18 @@ pave_result pv_stones_file_write(pave_context *context, pv_pile *pile, const cha
     return pv_output_close_head(output, result, &head, sizeof head);
 }
 
+/* Where a diagram was computed says nothing of what it is. */
+static int same_diagram(pave_cvd_params a, pave_cvd_params b)
+{
+    memcpy(a.window, b.window, sizeof a.window);
+    a.window_margin = b.window_margin;
+    return pv_params_same(&pv_cvd_table, &a, &b, sizeof a);
+}
+
 int pv_stones_file_same(const pv_stone_file_head *head, const pv_making *making)
 {
     return head->drawing == making->drawing &&
-           pv_params_same(&pv_cvd_table, &head->cvd, making->cvd, offsetof(pave_cvd_params, window)) &&
+           same_diagram(head->cvd, *making->cvd) &&
            pv_params_same(&pv_stones_table, &head->stones, making->stones, sizeof head->stones) &&
            pv_params_same(&pv_field_table, &head->field, making->field, sizeof head->field) &&
            pv_params_same(&pv_threshold_table, &head->threshold, making->threshold, sizeof head->threshold);

@@ -1,4 +1,5 @@
 /* Single stones (III.C): wide corners and small edges dropped, coloured, shrunk by the grout, and made valid. */
+#include "base/parallel.h"
 #include "cvd/cvd.h"
 #include "image/image.h"
 #include "stones/stones.h"
@@ -191,16 +192,57 @@ static void take_ring(const pv_mesh *mesh, int32_t r, stone *s)
         s->p[i] = mesh->vertex[mesh->corner[mesh->first[r] + i * count / s->count]];
 }
 
-static void add_stone(pave_stones *out, int32_t site, uint8_t colour, const pv_cell *ring, int32_t count)
+/* While stones are made, each has its corners where its ring has them; 0 corners: it is lost. */
+typedef struct isolate_job {
+    const pave_image *drawing;
+    const pave_cvd *cvd;
+    const pv_mesh *mesh;
+    cut_limits limits;
+    pave_stones *out;
+    int32_t *corners;
+    int32_t repaired;
+} isolate_job;
+
+static void isolate_ring(const isolate_job *job, int32_t r, int32_t *repaired)
 {
-    int64_t at = out->starts[out->count];
+    stone s;
+    pv_cell ring[MOST_CORNERS];
+    int64_t first = job->mesh->first[r];
+    job->corners[r] = 0;
+    if (!job->cvd->mine[r] || job->mesh->first[r + 1] - first < 3)
+        return;
+    take_ring(job->mesh, r, &s);
+    int32_t count = cut_stone(job->drawing, &job->limits, &s, &job->out->colours[r], ring, repaired);
+    job->corners[r] = count;
     for (int32_t i = 0; i < count; i++) {
-        out->vertices[2 * (at + i)] = (double)ring[i].x / GRID;
-        out->vertices[2 * (at + i) + 1] = (double)ring[i].y / GRID;
+        job->out->vertices[2 * (first + i)] = (double)ring[i].x / GRID;
+        job->out->vertices[2 * (first + i) + 1] = (double)ring[i].y / GRID;
     }
-    out->colours[out->count] = colour;
-    out->sites[out->count] = site;
-    out->starts[++out->count] = at + count;
+}
+
+static void isolate_some(void *data, int32_t begin, int32_t end, int32_t worker)
+{
+    (void)worker;
+    isolate_job *job = data;
+    int32_t repaired = 0;
+    for (int32_t r = begin; r < end; r++)
+        isolate_ring(job, r, &repaired);
+    __atomic_fetch_add(&job->repaired, repaired, __ATOMIC_RELAXED);
+}
+
+/* Moves the stones together, in the order of their sites. */
+static void close_ranks(const isolate_job *job)
+{
+    pave_stones *out = job->out;
+    for (int32_t r = 0; r < job->mesh->ring_count; r++) {
+        int64_t at = out->starts[out->count], first = job->mesh->first[r], corners = job->corners[r];
+        if (!corners)
+            continue;
+        memmove(out->vertices + 2 * at, out->vertices + 2 * first, 2 * (size_t)corners * sizeof *out->vertices);
+        out->colours[out->count] = out->colours[r];
+        out->sites[out->count] = job->cvd->numbers[r];
+        out->starts[++out->count] = at + corners;
+    }
 }
 
 static pave_result allocate(pave_context *context, const pv_mesh *mesh, pave_stones *out)
@@ -220,21 +262,17 @@ static pave_result allocate(pave_context *context, const pv_mesh *mesh, pave_sto
 pave_result pv_stones_isolate(pave_context *context, const pave_image *drawing, const pave_cvd *cvd,
                               const pv_mesh *mesh, pave_stones *out)
 {
-    pave_result result = allocate(context, mesh, out);
     cut_limits limits = { pv_width_of_degrees(out->params.drop_angle), out->params.small_edge * cvd->params.half_side,
-                      out->params.grout / 2 };
-    for (int32_t r = 0; r < mesh->ring_count && !result; r++) {
-        stone s;
-        pv_cell ring[MOST_CORNERS];
-        uint8_t colour;
-        if (cvd->mine[r] && mesh->first[r + 1] - mesh->first[r] >= 3) {
-            take_ring(mesh, r, &s);
-            int32_t count = cut_stone(drawing, &limits, &s, &colour, ring, &out->measure.repaired);
-            if (count)
-                add_stone(out, cvd->numbers[r], colour, ring, count);
-        }
-        if (r % 4096 == 0)
-            result = pv_progress(context, 0.7 + 0.25 * r / mesh->ring_count);
-    }
+                          out->params.grout / 2 };
+    isolate_job job = { drawing, cvd, mesh, limits, out, NULL, 0 };
+    pave_result result = allocate(context, mesh, out);
+    if (!result)
+        job.corners = pv_allocate(context, (size_t)mesh->ring_count, sizeof *job.corners, &result);
+    if (!result)
+        result = pv_parallel_runs(context, mesh->ring_count, PV_RINGS, isolate_some, &job, 0.7, 0.95);
+    if (!result)
+        close_ranks(&job);
+    out->measure.repaired = job.repaired;
+    pv_release(job.corners);
     return result;
 }

@@ -193,6 +193,7 @@ pave_result pv_vk_engine_step(pave_context *context, void *engine, int32_t itera
         result = read_totals(context, e, &t);
     out->empty = t.empty;
     out->moved = t.moved;
+    out->way = (int64_t)t.way;
     out->radius = (int32_t)t.radius;
     return result;
 }
@@ -236,7 +237,8 @@ static pv_vk_parameters describe(const pv_plane *plane, int32_t capacity)
         .down = (int32_t)pv_ceil_div(256 * (int64_t)plane->height, plane->cell),
         .tiles_across = (int32_t)pv_ceil_div(plane->width, TILE), .reach = pv_plane_reach(plane), .capacity = capacity,
         .edge_shift = plane->edge ? plane->edge_shift : -1, .push_within = plane->push_within,
-        .push_to = plane->push_to, .noise_wave = plane->noise_wave, .noise_swing = plane->noise_swing,
+        .push_to = plane->push_to, .excess = plane->excess,
+        .noise_wave = plane->noise_wave, .noise_swing = plane->noise_swing,
         .noise_key = plane->noise_key, .seed_low = (uint32_t)plane->seed, .seed_high = (uint32_t)(plane->seed >> 32),
     };
 }
