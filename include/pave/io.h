@@ -20,7 +20,7 @@ PAVE_API pave_result pave_image_write(pave_context *context, const pave_image *i
 /* Writes stones as
  *   "svg"   one <polygon> a stone, in px of the drawing (viewBox "0 0 W H"), grouped by colour on a ground of grout
  *   "png"   a picture of them, one pixel to a pixel of the drawing, at most 16384 a side
- *   "json"  the report: pave_measure, parameters, seed, backend, versions
+ *   "json"  the report: pave_report, parameters, seed, backend, versions
  *   "stones" a binary file, for pave_stones_merge: docs/formats.md
  * NULL chooses by the ending of the path. The path "-" is standard output, as SVG unless a format is given. */
 PAVE_API pave_result pave_stones_write(pave_context *context, const pave_stones *stones, const char *path,

@@ -60,18 +60,18 @@ PAVE_API const uint8_t *pave_stones_colours(const pave_stones *stones);
 /* Site of each stone: its number in the whole plane. Ascending. */
 PAVE_API const int32_t *pave_stones_sites(const pave_stones *stones);
 
-enum { PAVE_MEASURE_BINS = 32 };
+enum { PAVE_REPORT_BINS = 32 };
 
-/* What a pavement is judged by. */
-typedef struct pave_measure {
+/* What is counted while a pavement is laid; of a merged one, the sums. */
+typedef struct pave_report {
     size_t size;
     int32_t sites;                               /* n of Eq. 1 */
     int32_t stones;                              /* polygons that came out */
     int32_t lost;                                /* sites without a stone: an empty cell, or fewer than 3 vertices */
     int32_t repaired;                            /* stones that the last pass had to make valid */
-    int64_t corners_before[PAVE_MEASURE_BINS];   /* cells by number of vertices as traced (Fig. 9), */
-    int64_t corners_after[PAVE_MEASURE_BINS];    /* stones at the end; in the last bin: so many or more */
-    int64_t areas[PAVE_MEASURE_BINS];            /* stones by area (Fig. 12), in steps of area_step */
+    int64_t corners_before[PAVE_REPORT_BINS];    /* cells by number of vertices as traced (Fig. 9), */
+    int64_t corners_after[PAVE_REPORT_BINS];     /* stones at the end; in the last bin: so many or more */
+    int64_t areas[PAVE_REPORT_BINS];             /* stones by area (Fig. 12), in steps of area_step */
     double area_step;                            /* px^2 */
     double area_mean;                            /* px^2 */
     double area_deviation;                       /* standard deviation, px^2 */
@@ -80,10 +80,10 @@ typedef struct pave_measure {
     double seconds_field;                        /* time spent in each stage; 0 where pave_lay did not run it */
     double seconds_cvd;
     double seconds_stones;
-} pave_measure;
+} pave_report;
 
-/* Fills `measure`, whose size must be set. */
-PAVE_API pave_result pave_stones_measure(pave_context *context, const pave_stones *stones, pave_measure *measure);
+/* Fills `report`, whose size must be set. */
+PAVE_API pave_result pave_stones_report(pave_context *context, const pave_stones *stones, pave_report *report);
 
 #ifdef __cplusplus
 }

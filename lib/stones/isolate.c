@@ -229,7 +229,7 @@ pave_result pv_stones_isolate(pave_context *context, const pave_image *drawing, 
         uint8_t colour;
         if (cvd->mine[r] && mesh->first[r + 1] - mesh->first[r] >= 3) {
             take_ring(mesh, r, &s);
-            int32_t count = cut_stone(drawing, &limits, &s, &colour, ring, &out->measure.repaired);
+            int32_t count = cut_stone(drawing, &limits, &s, &colour, ring, &out->report.repaired);
             if (count)
                 add_stone(out, cvd->numbers[r], colour, ring, count);
         }

@@ -542,10 +542,10 @@ static pave_stones *make_stones(void)
                                   .params = PAVE_STONES_PARAMS_INIT, .field = PAVE_FIELD_PARAMS_INIT,
                                   .threshold = PAVE_THRESHOLD_PARAMS_INIT, .backend_name = "by \"hand\"" };
     stones.cvd.seed = UINT64_MAX;
-    stones.measure.size = sizeof stones.measure;
-    stones.measure.sites = 5, stones.measure.stones = 4, stones.measure.lost = 1;
-    stones.measure.corners_after[3] = 1, stones.measure.corners_after[4] = 3;
-    stones.measure.corners_before[31] = 4;
+    stones.report.size = sizeof stones.report;
+    stones.report.sites = 5, stones.report.stones = 4, stones.report.lost = 1;
+    stones.report.corners_after[3] = 1, stones.report.corners_after[4] = 3;
+    stones.report.corners_before[31] = 4;
     return &stones;
 }
 

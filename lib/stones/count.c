@@ -1,4 +1,4 @@
-/* What a pavement is judged by: corners (Fig. 9), areas (Fig. 12), coverage. */
+/* What is counted while a pavement is laid: corners (Fig. 9), areas (Fig. 12), coverage. */
 #include "cvd/cvd.h"
 #include "stones/stones.h"
 
@@ -9,7 +9,7 @@
 
 static void count_in(int64_t *bins, double at)
 {
-    bins[at < PAVE_MEASURE_BINS - 1 ? (int)at : PAVE_MEASURE_BINS - 1]++;
+    bins[at < PAVE_REPORT_BINS - 1 ? (int)at : PAVE_REPORT_BINS - 1]++;
 }
 
 static double area_of(const pave_stones *stones, int32_t s)
@@ -22,9 +22,9 @@ static double area_of(const pave_stones *stones, int32_t s)
     return area / 2;
 }
 
-void pv_stones_measure(const pave_cvd *cvd, const pv_mesh *mesh, pave_stones *stones)
+void pv_stones_count(const pave_cvd *cvd, const pv_mesh *mesh, pave_stones *stones)
 {
-    pave_measure *m = &stones->measure;
+    pave_report *m = &stones->report;
     double sum = 0, squares = 0, half_side = cvd->params.half_side;
     m->half_side = half_side;
     m->area_step = half_side * half_side / 2;
@@ -49,15 +49,15 @@ void pv_stones_measure(const pave_cvd *cvd, const pv_mesh *mesh, pave_stones *st
     m->coverage = sum / ((double)stones->width * stones->height);
 }
 
-pave_result pave_stones_measure(pave_context *context, const pave_stones *stones, pave_measure *measure)
+pave_result pave_stones_report(pave_context *context, const pave_stones *stones, pave_report *report)
 {
-    if (!context || !stones || !measure)
+    if (!context || !stones || !report)
         return PAVE_ERR_ARGUMENT;
-    size_t size = measure->size, known = sizeof stones->measure;
+    size_t size = report->size, known = sizeof stones->report;
     if (size < sizeof(size_t) || size > 65536)
-        return pv_fail(context, PAVE_ERR_ARGUMENT, "the measure has no size: set it first");
-    memset(measure, 0, size);
-    memcpy(measure, &stones->measure, size < known ? size : known);
-    measure->size = size;
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "the report has no size: set it first");
+    memset(report, 0, size);
+    memcpy(report, &stones->report, size < known ? size : known);
+    report->size = size;
     return PAVE_OK;
 }
