@@ -27,6 +27,7 @@ static const pv_table *find_table(int32_t table)
     case PAVE_PARAMS_CVD: return &pv_cvd_table;
     case PAVE_PARAMS_STONES: return &pv_stones_table;
     case PAVE_PARAMS_STREAM: return &pv_stream_table;
+    case PAVE_PARAMS_MEASURE: return &pv_measure_table;
     default: return NULL;
     }
 }

@@ -3,6 +3,7 @@
 
 #include "io/drawing.h"
 #include "io/exr.h"
+#include "io/input.h"
 #include "io/output.h"
 #include "io/pavement.h"
 #include "io/raster.h"
@@ -19,7 +20,7 @@ static pave_result unreadable(pave_context *context, const char *path, int error
 }
 
 /* Not blocking, for a pipe would wait for a writer before it can be refused. */
-static pave_result open_file(pave_context *context, const char *path, int *file, int64_t *size)
+pave_result pv_input_open(pave_context *context, const char *path, int *file, int64_t *size)
 {
     struct stat info;
     *file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
@@ -35,7 +36,7 @@ static pave_result open_file(pave_context *context, const char *path, int *file,
     return PAVE_OK;
 }
 
-static pave_result read_whole(pave_context *context, const char *path, int file, size_t size, uint8_t *bytes)
+pave_result pv_input_whole(pave_context *context, const char *path, int file, size_t size, uint8_t *bytes)
 {
     for (size_t done = 0; done < size;) {
         ssize_t n = read(file, bytes + done, size - done < 1 << 24 ? size - done : 1 << 24);
@@ -63,7 +64,7 @@ static pave_result read_raster(pave_context *context, const char *path, int file
     pave_result result = PAVE_OK;
     uint8_t *bytes = pv_allocate(context, (size_t)size, 1, &result);
     if (!result)
-        result = read_whole(context, path, file, (size_t)size, bytes);
+        result = pv_input_whole(context, path, file, (size_t)size, bytes);
     if (!result)
         result = as->image ? pv_raster_read(context, path, bytes, (size_t)size, as->image)
                            : pv_raster_read_drawing(context, path, bytes, (size_t)size, as->threshold, as->drawing);
@@ -92,7 +93,7 @@ static pave_result read_file(pave_context *context, const char *path, const read
     int file;
     int64_t size = 0;
     uint8_t magic[4] = { 0 };
-    pave_result result = open_file(context, path, &file, &size);
+    pave_result result = pv_input_open(context, path, &file, &size);
     if (!result && pread(file, magic, sizeof magic, 0) < 0)
         result = unreadable(context, path, errno);
     if (!result)

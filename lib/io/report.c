@@ -1,5 +1,6 @@
 /* Stones as a report in JSON: figures, parameters, versions. */
 #include "io/exr.h"
+#include "io/measures.h"
 #include "io/output.h"
 #include "io/parameters.h"
 #include "io/pavement.h"
@@ -15,24 +16,6 @@
 static void put(void *user, const char *text, size_t length)
 {
     pv_output_bytes(user, text, length);
-}
-
-/* Stones by number of corners; the last bin, "31+", is for that many or more. */
-static void put_corners(pv_json *json, const char *key, const int64_t *counts)
-{
-    pv_json_object(json, key);
-    for (int32_t i = 0; i < PAVE_REPORT_BINS; i++) {
-        char corners[8] = { 0 };
-        if (!counts[i])
-            continue;
-        corners[0] = (char)(i < 10 ? '0' + i : '0' + i / 10);
-        if (i >= 10)
-            corners[1] = (char)('0' + i % 10);
-        if (i == PAVE_REPORT_BINS - 1)
-            corners[2] = '+';
-        pv_json_whole(json, corners, counts[i]);
-    }
-    pv_json_close(json);
 }
 
 static void put_areas(pv_json *json, const pave_report *report)
@@ -52,8 +35,8 @@ static void put_report(pv_json *json, const pave_report *report)
     pv_json_whole(json, "stones", report->stones);
     pv_json_whole(json, "lost", report->lost);
     pv_json_whole(json, "repaired", report->repaired);
-    put_corners(json, "corners_before", report->corners_before);
-    put_corners(json, "corners_after", report->corners_after);
+    pv_json_corners(json, "corners_before", report->corners_before);
+    pv_json_corners(json, "corners_after", report->corners_after);
     pv_json_number(json, "quads", report->stones ? (double)report->corners_after[4] / report->stones : 0);
     put_areas(json, report);
     pv_json_number(json, "area_mean", report->area_mean);

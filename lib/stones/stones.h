@@ -5,7 +5,7 @@
 
 #include <pave/stones.h>
 
-extern const pv_table pv_stones_table;
+extern const pv_table pv_stones_table, pv_measure_table;
 
 struct pave_stones {
     int32_t x, y, width, height; /* of the window */

@@ -509,6 +509,14 @@ static pave_result stones_job(pave_context *c, const char *path)
     return pave_stones_write(c, stones_to_write, path, NULL);
 }
 
+static pave_result stones_reading_job(pave_context *c, const char *path)
+{
+    pave_stones *stones;
+    pave_result result = pave_stones_read(c, path, &stones);
+    pave_stones_free(&stones);
+    return result;
+}
+
 static void sweep(job *work, const char *path)
 {
     pave_result result = PAVE_ERR_MEMORY;
@@ -555,7 +563,7 @@ static void survives_lack_of_memory(void **state)
     static const char *const inputs[] = { "rgba.png", "orientation-6.jpg", "rgb-lzw.tif", "rgb.ppm", "rgba.webp",
                                           "tiled-half.exr", "window-zip.exr" };
     static const char *const outputs[] = { "m.png", "m.tif", "m.jpg", "m.exr" };
-    static const char *const pavements[] = { "m.svg", "n.png", "m.json" };
+    static const char *const pavements[] = { "m.svg", "n.png", "m.json", "m.stones" };
     for (size_t i = 0; i < sizeof inputs / sizeof *inputs; i++)
         sweep(reading_job, sample(inputs[i]));
     pave_image *image = make(30, 40, 3, PAVE_U8, PAVE_DISPLAY, -1, NULL);
@@ -566,6 +574,8 @@ static void survives_lack_of_memory(void **state)
         sweep(writing_job, in_folder(outputs[i]));
     for (size_t i = 0; i < sizeof pavements / sizeof *pavements; i++)
         sweep(stones_job, in_folder(pavements[i]));
+    sweep(stones_reading_job, in_folder("m.svg"));
+    sweep(stones_reading_job, in_folder("m.stones"));
     assert_int_equal(end_capture(), 0);
     pave_image_free(&image);
 }
