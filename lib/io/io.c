@@ -3,7 +3,6 @@
 
 #include "io/drawing.h"
 #include "io/exr.h"
-#include "io/input.h"
 #include "io/output.h"
 #include "io/pavement.h"
 #include "io/raster.h"
@@ -20,7 +19,7 @@ static pave_result unreadable(pave_context *context, const char *path, int error
 }
 
 /* Not blocking, for a pipe would wait for a writer before it can be refused. */
-pave_result pv_input_open(pave_context *context, const char *path, int *file, int64_t *size)
+static pave_result open_file(pave_context *context, const char *path, int *file, int64_t *size)
 {
     struct stat info;
     *file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
@@ -36,7 +35,7 @@ pave_result pv_input_open(pave_context *context, const char *path, int *file, in
     return PAVE_OK;
 }
 
-pave_result pv_input_whole(pave_context *context, const char *path, int file, size_t size, uint8_t *bytes)
+static pave_result read_whole(pave_context *context, const char *path, int file, size_t size, uint8_t *bytes)
 {
     for (size_t done = 0; done < size;) {
         ssize_t n = read(file, bytes + done, size - done < 1 << 24 ? size - done : 1 << 24);
@@ -64,7 +63,7 @@ static pave_result read_raster(pave_context *context, const char *path, int file
     pave_result result = PAVE_OK;
     uint8_t *bytes = pv_allocate(context, (size_t)size, 1, &result);
     if (!result)
-        result = pv_input_whole(context, path, file, (size_t)size, bytes);
+        result = read_whole(context, path, file, (size_t)size, bytes);
     if (!result)
         result = as->image ? pv_raster_read(context, path, bytes, (size_t)size, as->image)
                            : pv_raster_read_drawing(context, path, bytes, (size_t)size, as->threshold, as->drawing);
@@ -93,7 +92,7 @@ static pave_result read_file(pave_context *context, const char *path, const read
     int file;
     int64_t size = 0;
     uint8_t magic[4] = { 0 };
-    pave_result result = pv_input_open(context, path, &file, &size);
+    pave_result result = open_file(context, path, &file, &size);
     if (!result && pread(file, magic, sizeof magic, 0) < 0)
         result = unreadable(context, path, errno);
     if (!result)
