@@ -272,7 +272,7 @@ pave_result pv_stones_isolate(pave_context *context, const pave_image *drawing, 
         result = pv_parallel_runs(context, mesh->ring_count, PV_RINGS, isolate_some, &job, 0.7, 0.95);
     if (!result)
         close_ranks(&job);
-    out->measure.repaired = job.repaired;
+    out->report.repaired = job.repaired;
     pv_release(job.corners);
     return result;
 }
