@@ -545,7 +545,8 @@ static pave_stones *make_stones(void)
                                  /**/ 0, 10.125, 5, 20, 10, 10.125, /**/ 10, 10, 10, 20, 20, 20, 20, 10 };
     static uint8_t colours[] = { 0, 255, 128, 0 };
     static int32_t sites[] = { 3, 5, 8, 13 };
-    static pave_stones stones = { .width = 20, .height = 20, .plane_width = 20, .plane_height = 20, .count = 4, .starts = starts, .vertices = vertices,
+    static pave_stones stones = { .width = 20, .height = 20, .plane_width = 20, .plane_height = 20, .count = 4,
+                                  .starts = starts, .vertices = vertices,
                                   .colours = colours, .sites = sites, .cvd = PAVE_CVD_PARAMS_INIT,
                                   .params = PAVE_STONES_PARAMS_INIT, .field = PAVE_FIELD_PARAMS_INIT,
                                   .threshold = PAVE_THRESHOLD_PARAMS_INIT, .backend_name = "by \"hand\"" };
