@@ -146,7 +146,7 @@ static pave_result relax(pave_context *context, const pv_backend *backend, void 
     double share = 1.0 / (steps + 1);
     pave_result result = PAVE_OK;
     for (int32_t i = 0; i < steps && !result; i++) {
-        pv_step step = { 0, 0, 0 };
+        pv_step step = { .radius = 0 };
         result = backend->step(context, engine, i, i * share, (i + 1) * share, &step);
         cvd->exact = pv_margin_after(plane, cvd->exact, step.radius);
     }
@@ -237,7 +237,7 @@ static pave_result make_region(pave_context *context, const pave_field *field, p
     set_lengths(cvd, &plane);
     uint16_t *edge = quantise_edges(context, field, cvd, &plane, &result);
     plane.edge = edge;
-    seeds = (pv_seeds){ NULL, NULL, NULL, 0 };
+    seeds = (pv_seeds){ .count = 0 };
     if (!result)
         result = pv_seeds_draw(context, &cvd->params, &plane, &cvd->place, &seeds);
     plane.start = seeds.sites;

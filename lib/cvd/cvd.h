@@ -12,6 +12,11 @@ typedef struct pv_rect {
     int32_t x, y, width, height;
 } pv_rect;
 
+/* How far from its home's first copy a copy is: whole periods, 1/256 px. */
+typedef struct pv_shift {
+    int32_t x, y;
+} pv_shift;
+
 struct pave_cvd {
     pv_place place; /* of the region that was computed: the window and what is needed around it */
     pv_rect window;
@@ -39,6 +44,7 @@ typedef struct pv_seeds {
     pave_site *sites;
     pv_home *homes;
     int32_t *numbers;
+    pv_shift *shifts; /* NULL if the plane does not repeat */
     int32_t count;
 } pv_seeds;
 

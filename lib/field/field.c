@@ -11,6 +11,7 @@ static const pave_field_params default_params = PAVE_FIELD_PARAMS_INIT;
 static const pv_param field_rows[] = {
     PV_CHOICE(pave_field_params, metric, "chamfer|euclid|figure3",
               "distance to the edges: the text's chamfer, exact, or the numbers of Fig. 3"),
+    PV_FLAG(pave_field_params, periodic, "the drawing repeats in x and y, and so do the stones"),
 };
 
 const pv_table pv_field_table = PV_TABLE("field", default_params, field_rows);
@@ -76,7 +77,8 @@ pave_result pave_field_create(pave_context *context, const pave_image *drawing, 
     field->height = drawing->height;
     field->place = drawing->place;
     field->params = params;
-    pv_drawing pixels = { drawing->width, drawing->height, drawing->pixels };
+    field->wraps = params.periodic && pv_is_whole(&drawing->place, drawing->width, drawing->height);
+    pv_drawing pixels = { drawing->width, drawing->height, drawing->pixels, field->wraps };
     pv_call call = pv_call_begin(context, "field", 0, 1);
     result = measure(context, &pixels, field);
     pv_call_end(context, call);

@@ -14,6 +14,7 @@ enum { PV_FIELD_ONE = 65536 };
 struct pave_field {
     int32_t width, height;
     pv_place place;
+    int32_t wraps; /* it is the whole of a plane that repeats */
     float *distance;
     pave_field_params params;
 };
@@ -22,6 +23,7 @@ struct pave_field {
 typedef struct pv_drawing {
     int32_t width, height;
     const uint8_t *pixels;
+    int32_t wraps; /* its borders meet */
 } pv_drawing;
 
 /* Rows that make a task of about a millisecond, and how many such tasks there are. */

@@ -13,7 +13,14 @@ extern const pv_table pv_threshold_table;
 typedef struct pv_place {
     int32_t x, y;          /* of the first pixel in the plane, px */
     int32_t width, height; /* of the plane, px */
+    int32_t repeats;       /* the plane goes on beyond that, the same again */
 } pv_place;
+
+/* Is a part of the plane, of this size, all of it? */
+static inline int pv_is_whole(const pv_place *place, int32_t width, int32_t height)
+{
+    return !place->x && !place->y && width == place->width && height == place->height;
+}
 
 struct pave_image {
     int32_t width, height, channels, type, encoding, alpha;
