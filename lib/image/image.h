@@ -13,7 +13,6 @@ extern const pv_table pv_threshold_table;
 typedef struct pv_place {
     int32_t x, y;          /* of the first pixel in the plane, px */
     int32_t width, height; /* of the plane, px */
-    int32_t repeats;       /* the plane goes on beyond that, the same again */
 } pv_place;
 
 /* Is a part of the plane, of this size, all of it? */

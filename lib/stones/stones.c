@@ -69,7 +69,7 @@ double pv_stones_margin(const pave_cvd *cvd, const pave_stones_params *params)
 double pv_stones_room(const pave_cvd *cvd)
 {
     pv_rect region = { cvd->place.x, cvd->place.y, cvd->width, cvd->height };
-    int32_t room = pv_rect_room(cvd->window, region, &cvd->place);
+    int32_t room = pv_rect_room(cvd->window, region, cvd);
     return room == INT32_MAX ? INFINITY : room - cvd->exact / 256.0;
 }
 
