@@ -19,7 +19,7 @@ static int32_t fixed(double v)
 /* Where a coordinate of the plane is in the field. */
 static int32_t field_place(const pave_field *field, int32_t at, int32_t start, int32_t length)
 {
-    return field->wraps ? at - (int32_t)pv_floor_div(at, length) * length : at - start;
+    return field->wraps ? pv_modulo(at, length) : at - start;
 }
 
 static const float *field_row(const pave_field *field, const pave_cvd *cvd, int32_t y)

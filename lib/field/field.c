@@ -88,6 +88,23 @@ pave_result pave_field_create(pave_context *context, const pave_image *drawing, 
     return result;
 }
 
+pave_result pv_field_repeat(pave_context *context, const pave_field *field, int32_t x, int32_t y, int32_t width,
+                            int32_t height, pave_field **out)
+{
+    pave_result result = PAVE_OK;
+    pave_field *part = *out = pv_allocate_zeroed(context, 1, sizeof *part, &result);
+    if (!part)
+        return result;
+    *part = (pave_field){ .width = width, .height = height, .params = field->params,
+                          .place = { x, y, field->width, field->height } };
+    part->distance = pv_allocate(context, (size_t)width * (size_t)height, sizeof *part->distance, &result);
+    if (part->distance)
+        pv_repeat(&part->place, field->distance, sizeof *part->distance, width, height, part->distance);
+    else
+        pave_field_free(out);
+    return result;
+}
+
 void pave_field_free(pave_field **field)
 {
     if (!field || !*field)

@@ -19,6 +19,10 @@ struct pave_field {
     pave_field_params params;
 };
 
+/* A part of the plane, wherever it lies, from a field that wraps. */
+pave_result pv_field_repeat(pave_context *context, const pave_field *field, int32_t x, int32_t y, int32_t width,
+                            int32_t height, pave_field **out);
+
 /* A drawing's pixels with their size. */
 typedef struct pv_drawing {
     int32_t width, height;

@@ -1,6 +1,8 @@
 /* A drawing with one bit a pixel. */
 #include "image/bitmap.h"
 
+#include "util/fixed.h"
+
 #include <string.h>
 
 pave_result pv_bitmap_create(pave_context *context, int32_t width, int32_t height, pv_bitmap *out)
@@ -39,9 +41,11 @@ pave_result pv_bitmap_cut(pave_context *context, const pv_bitmap *bitmap, int32_
     (*out)->place = (pv_place){ x, y, bitmap->width, bitmap->height };
     uint8_t *pixel = (*out)->pixels;
     for (int32_t row = y; row < y + height; row++) {
-        const uint8_t *bits = bitmap->bits + row * bitmap->stride;
-        for (int32_t column = x; column < x + width; column++)
+        const uint8_t *bits = bitmap->bits + pv_modulo(row, bitmap->height) * bitmap->stride;
+        for (int32_t i = 0, column = pv_modulo(x, bitmap->width); i < width; i++, column++) {
+            column = column < bitmap->width ? column : 0;
             *pixel++ = bits[column >> 3] >> (7 - (column & 7)) & 1 ? 255 : 0;
+        }
     }
     return PAVE_OK;
 }

@@ -15,7 +15,7 @@ void pv_bitmap_free(pv_bitmap *bitmap);
 /* Stores a drawing, or a band of its rows from `y` on. */
 void pv_bitmap_store(pv_bitmap *bitmap, int32_t y, const pave_image *drawing);
 
-/* A part of the plane as a drawing that knows its place. */
+/* A part of the plane as a drawing that knows its place; beyond its borders the plane repeats. */
 pave_result pv_bitmap_cut(pave_context *context, const pv_bitmap *bitmap, int32_t x, int32_t y, int32_t width,
                           int32_t height, pave_image **out);
 

@@ -56,6 +56,7 @@ static void put_stone(pv_output *output, const pv_stone *stone)
     uint16_t corners = (uint16_t)stone->corners;
     memcpy(record, &stone->number, 4);
     record[4] = stone->colour;
+    record[5] = (uint8_t)stone->part;
     memcpy(record + 6, &corners, 2);
     pv_output_bytes(output, record, sizeof record);
     pv_output_bytes(output, stone->xy, (size_t)stone->corners * 2 * sizeof(int32_t));

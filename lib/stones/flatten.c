@@ -13,7 +13,7 @@
 typedef struct request {
     double width; /* of the corner, pv_corner_width; 0 or less: nobody asks */
     int32_t ring;
-    pv_point target;
+    pv_point way;
 } request;
 
 enum { MOST_CORNERS = 256 }; /* longer rings come from broken cells and are left as they are */
@@ -64,17 +64,17 @@ static int32_t widest(const pv_mesh *mesh, const ring *r, double limit, double *
     return best;
 }
 
-/* The foot of the perpendicular on the line between the neighbours, away from their ends. */
-static pv_point foot(const pv_mesh *mesh, const ring *r, int32_t i)
+/* The way to the foot of the perpendicular on the line between the neighbours, away from their ends. */
+static pv_point way_to_foot(const pv_mesh *mesh, const ring *r, int32_t i)
 {
     pv_point a = mesh->vertex[r->corner[step(r, i, -1)]], p = mesh->vertex[r->corner[i]],
              b = mesh->vertex[r->corner[step(r, i, 1)]];
     double dx = b.x - a.x, dy = b.y - a.y, square = dx * dx + dy * dy;
     if (!(square > 0))
-        return p;
+        return (pv_point){ 0, 0 };
     double t = ((p.x - a.x) * dx + (p.y - a.y) * dy) / square;
     t = t < 0.1 ? 0.1 : t < 0.9 ? t : 0.9;
-    return (pv_point){ a.x + t * dx, a.y + t * dy };
+    return (pv_point){ a.x - p.x + t * dx, a.y - p.y + t * dy };
 }
 
 static void ask(const pv_mesh *mesh, const ring *r, int32_t i, double width, request *requests)
@@ -82,7 +82,7 @@ static void ask(const pv_mesh *mesh, const ring *r, int32_t i, double width, req
     request *q = &requests[r->corner[i]];
     if (q->width > width || (q->width == width && q->ring <= r->index))
         return;
-    *q = (request){ width, r->index, foot(mesh, r, i) };
+    *q = (request){ width, r->index, way_to_foot(mesh, r, i) };
 }
 
 /* Corners that a ring already owns come first, so that they are straightened again after their neighbours moved. */
@@ -119,8 +119,8 @@ static void grant(pv_mesh *mesh, const request *requests)
     for (int32_t v = 0; v < mesh->vertex_count; v++)
         if (requests[v].ring >= 0) {
             mesh->owner[v] = requests[v].ring;
-            mesh->vertex[v].x += STEP * (requests[v].target.x - mesh->vertex[v].x);
-            mesh->vertex[v].y += STEP * (requests[v].target.y - mesh->vertex[v].y);
+            mesh->vertex[v].x += pv_way(STEP * requests[v].way.x);
+            mesh->vertex[v].y += pv_way(STEP * requests[v].way.y);
         }
 }
 

@@ -6,6 +6,7 @@
 #include "util/polygon.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { MOST_CORNERS = 256, LEAST_CORNERS = 4, GRID = 1000 };
@@ -167,14 +168,15 @@ typedef struct cut_limits {
     double drop_width, small_edge, half_grout;
 } cut_limits;
 
-static int32_t cut_stone(const pave_image *drawing, const cut_limits *limits, stone *s, uint8_t *colour, pv_cell *ring,
-                         int32_t *repaired)
+/* The stone is where it was first drawn; as seen in the drawing it is a shift away. */
+static int32_t cut_stone(const pave_image *drawing, const cut_limits *limits, pv_shift shift, stone *s, uint8_t *colour,
+                         pv_cell *ring, int32_t *repaired)
 {
     int32_t count;
     drop_wide_corners(s, limits->drop_width);
     drop_small_edges(s, limits->small_edge);
     pv_point centre = centroid(s);
-    *colour = pv_colour_at(drawing, centre);
+    *colour = pv_colour_at(drawing, (pv_point){ floor(centre.x) + shift.x / 256, floor(centre.y) + shift.y / 256 });
     if (area_of(s) > 0)
         shrink(s, centre, limits->half_grout);
     if (!to_grid(s, ring, &count))
@@ -183,12 +185,14 @@ static int32_t cut_stone(const pave_image *drawing, const cut_limits *limits, st
 }
 
 /* Rings of broken cells can be longer than any stone: evenly thinned out. */
-static void take_ring(const pv_mesh *mesh, int32_t r, stone *s)
+static void take_ring(const pv_mesh *mesh, int32_t r, pv_shift shift, stone *s)
 {
     int64_t count = mesh->first[r + 1] - mesh->first[r];
     s->count = count < MOST_CORNERS ? (int32_t)count : MOST_CORNERS;
-    for (int32_t i = 0; i < s->count; i++)
-        s->p[i] = mesh->vertex[mesh->corner[mesh->first[r] + i * count / s->count]];
+    for (int32_t i = 0; i < s->count; i++) {
+        pv_point p = mesh->vertex[mesh->corner[mesh->first[r] + i * count / s->count]];
+        s->p[i] = (pv_point){ p.x - shift.x / 256, p.y - shift.y / 256 };
+    }
 }
 
 static void add_stone(pave_stones *out, int32_t site, uint8_t colour, const pv_cell *ring, int32_t count)
@@ -217,24 +221,52 @@ static pave_result allocate(pave_context *context, const pv_mesh *mesh, pave_sto
     return result;
 }
 
+typedef struct numbered {
+    int32_t number, ring;
+} numbered;
+
+static int by_number(const void *a, const void *b)
+{
+    const numbered *p = a, *q = b;
+    return (p->number > q->number) - (p->number < q->number);
+}
+
+/* The window's rings by the numbers of their sites: a window across the border of a plane that repeats has the last
+ * ones first. */
+static numbered *rings_in_order(pave_context *context, const pave_cvd *cvd, int32_t *count, pave_result *result)
+{
+    numbered *list = pv_allocate(context, (size_t)cvd->site_count, sizeof *list, result);
+    for (int32_t r = 0; r < cvd->site_count && list; r++)
+        if (cvd->mine[r])
+            list[(*count)++] = (numbered){ cvd->numbers[r], r };
+    if (list && cvd->shifts)
+        qsort(list, (size_t)*count, sizeof *list, by_number);
+    return list;
+}
+
 pave_result pv_stones_isolate(pave_context *context, const pave_image *drawing, const pave_cvd *cvd,
                               const pv_mesh *mesh, pave_stones *out)
 {
     pave_result result = allocate(context, mesh, out);
     cut_limits limits = { pv_width_of_degrees(out->params.drop_angle), out->params.small_edge * cvd->params.half_side,
                       out->params.grout / 2 };
-    for (int32_t r = 0; r < mesh->ring_count && !result; r++) {
+    int32_t count = 0;
+    numbered *order = result ? NULL : rings_in_order(context, cvd, &count, &result);
+    for (int32_t i = 0; i < count && !result; i++) {
         stone s;
         pv_cell ring[MOST_CORNERS];
         uint8_t colour;
-        if (cvd->mine[r] && mesh->first[r + 1] - mesh->first[r] >= 3) {
-            take_ring(mesh, r, &s);
-            int32_t count = cut_stone(drawing, &limits, &s, &colour, ring, &out->measure.repaired);
-            if (count)
-                add_stone(out, cvd->numbers[r], colour, ring, count);
+        int32_t r = order[i].ring;
+        pv_shift shift = cvd->shifts ? cvd->shifts[r] : (pv_shift){ 0, 0 };
+        if (mesh->first[r + 1] - mesh->first[r] >= 3) {
+            take_ring(mesh, r, shift, &s);
+            int32_t corners = cut_stone(drawing, &limits, shift, &s, &colour, ring, &out->measure.repaired);
+            if (corners)
+                add_stone(out, cvd->numbers[r], colour, ring, corners);
         }
-        if (r % 4096 == 0)
-            result = pv_progress(context, 0.7 + 0.25 * r / mesh->ring_count);
+        if (i % 4096 == 0)
+            result = pv_progress(context, 0.7 + 0.25 * i / count);
     }
+    pv_release(order);
     return result;
 }

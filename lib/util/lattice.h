@@ -18,7 +18,7 @@ static inline pv_lattice pv_lattice_of(int32_t cell, int32_t period)
 /* A place as one of the first period. */
 static inline int32_t pv_lattice_place(const pv_lattice *l, int32_t at)
 {
-    return l->repeats ? at - (int32_t)pv_floor_div(at, l->span) * l->span : at;
+    return l->repeats ? pv_modulo(at, l->span) : at;
 }
 
 static inline int32_t pv_lattice_cell(const pv_lattice *l, int64_t place)
