@@ -38,7 +38,8 @@ int64_t noise(uint key, Lattice across, Lattice down, int x, int y)
 {
     x = lattice_place(across, x);
     y = lattice_place(down, y);
-    int ix = lattice_cell(across, x), iy = lattice_cell(down, y), jx = noise_next(across, ix), jy = noise_next(down, iy);
+    int ix = lattice_cell(across, x), iy = lattice_cell(down, y);
+    int jx = noise_next(across, ix), jy = noise_next(down, iy);
     int64_t fx = noise_way(across, x, ix), fy = noise_way(down, y, iy);
     int64_t a = noise_corner(key, ix, iy, fx, fy), b = noise_corner(key, jx, iy, fx - 65536, fy);
     int64_t c = noise_corner(key, ix, jy, fx, fy - 65536);

@@ -134,7 +134,8 @@ static void add_site(const sower *s, const strip *x, const strip *y, const draw 
 {
     pv_seeds *out = s->out;
     int32_t i = out->count++;
-    out->sites[i] = make_site(s->params, d->x + x->shift - s->axes[0].from, d->y + y->shift - s->axes[1].from, d->scale);
+    int64_t left = s->axes[0].from - x->shift, top = s->axes[1].from - y->shift;
+    out->sites[i] = make_site(s->params, d->x - left, d->y - top, d->scale);
     out->homes[i] = (pv_home){ d->cell_x, d->cell_y, d->slot, 0 };
     out->numbers[i] = number;
     if (out->shifts)

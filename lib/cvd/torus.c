@@ -85,7 +85,8 @@ static pave_result tabulate(pave_context *context, const pave_cvd *cvd, pv_rect 
     c->first_y = (int32_t)pv_floor_div(part.y, height);
     c->across = (int32_t)pv_floor_div(part.x + part.width - 1, width) - c->first_x + 1;
     c->down = (int32_t)pv_floor_div(part.y + part.height - 1, height) - c->first_y + 1;
-    c->index = pv_allocate_zeroed(context, sites_of(cvd) * (size_t)c->across * (size_t)c->down, sizeof *c->index, &result);
+    size_t size = sites_of(cvd) * (size_t)c->across * (size_t)c->down;
+    c->index = pv_allocate_zeroed(context, size, sizeof *c->index, &result);
     for (int32_t i = 0; i < cvd->site_count && c->index; i++)
         *copy_at(c, cvd->numbers[i], cvd->shifts[i].x / (256 * width), cvd->shifts[i].y / (256 * height)) = i;
     return result;

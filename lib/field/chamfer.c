@@ -9,7 +9,7 @@
  * lower half, and from the middle each goes on through the other half. More threads would have nothing to do, but
  * memory is what limits these passes.
  *
- * Where the borders meet, no path is longer than half a turn, so that a second round finds all that the first did not. */
+ * Where the borders meet, no path is longer than half a turn: a second round finds all that the first did not. */
 #include "base/parallel.h"
 #include "field/field.h"
 
@@ -114,13 +114,15 @@ static pave_result march_through(pave_context *context, chamfer_job *job, double
 {
     int32_t height = job->drawing->height, upper = height / 2, lower = height - upper;
     double middle = (from + to) / 2;
-    pave_result result = march_both(context, job, (march){ 1, 1, upper - 1 }, (march){ height - 2, -1, lower - 1 }, from,
-                                    middle);
+    march down = { 1, 1, upper - 1 }, up = { height - 2, -1, lower - 1 };
+    pave_result result = march_both(context, job, down, up, from, middle);
     if (result || !upper)
         return result;
     from_row(job, upper, upper - 1);
     from_row(job, upper - 1, upper);
-    return march_both(context, job, (march){ upper + 1, 1, lower - 1 }, (march){ upper - 2, -1, upper - 1 }, middle, to);
+    down = (march){ upper + 1, 1, lower - 1 };
+    up = (march){ upper - 2, -1, upper - 1 };
+    return march_both(context, job, down, up, middle, to);
 }
 
 pave_result pv_chamfer(pave_context *context, const pv_drawing *drawing, pv_steps steps, int32_t *distance)

@@ -1,8 +1,8 @@
 /* Stones cut along the borders between the periods of a plane that repeats; all parts are moved into the first period.
  *
- * Everything is on the grid of 1/1000 px. A border runs a hair beyond its grid line, so that no corner lies on it; where
- * a side crosses it both parts get the same corner, rounded, on the line. Along the line crossings alternate between
- * entering the stone and leaving it, so that each is joined to its neighbour. */
+ * Everything is on the grid of 1/1000 px. A border runs a hair beyond its grid line, so that no corner lies on it;
+ * where a side crosses it both parts get the same corner, rounded, on the line. Along the line crossings alternate
+ * between entering the stone and leaving it, so that each is joined to its neighbour. */
 #include "stones/stones.h"
 
 #include "util/fixed.h"

@@ -17,7 +17,7 @@ static const pv_param stones_rows[] = {
     PV_INTEGER(pave_stones_params, passes, "", 0, 100, "times that wide angles are flattened"),
     PV_REAL(pave_stones_params, drop_angle, "degrees", 90, 180, "corners of a stone wider than this are dropped"),
     PV_REAL(pave_stones_params, small_edge, "half sides", 0, 2, "shorter edges of a stone lose an end"),
-    PV_CHOICE(pave_stones_params, border, "wrapped|cut", "stones on the border of a periodic plane: whole, or in parts"),
+    PV_CHOICE(pave_stones_params, border, "wrapped|cut", "stones across the border of a periodic plane: whole, or cut"),
 };
 
 const pv_table pv_stones_table = PV_TABLE("stones", default_params, stones_rows);

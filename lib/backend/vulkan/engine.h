@@ -17,7 +17,8 @@ enum { SITES, HOMES, SUMS, SORTED, FIRST, LISTS, QUEUE, LABELS, TOTALS, CHUNKS, 
 
 /* The push constants of shaders/parameters.glsl. */
 typedef struct pv_vk_parameters {
-    int32_t width, height, sites, origin_x, origin_y, period_x, period_y, cell, across, down, tiles_across, reach, capacity;
+    int32_t width, height, sites, origin_x, origin_y, period_x, period_y;
+    int32_t cell, across, down, tiles_across, reach, capacity;
     int32_t edge_shift, push_within, push_to, noise_wave, noise_swing;
     uint32_t noise_key, seed_low, seed_high;
     int32_t iteration, base, count, write, patience;
