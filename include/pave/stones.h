@@ -48,7 +48,8 @@ PAVE_API pave_result pave_stones_create(pave_context *context, const pave_image 
 PAVE_API void pave_stones_free(pave_stones **stones);
 
 /* The window: its corner in the plane, and its size, px. A stone belongs to the window that holds the corner of the
- * lattice cell in which its site was first drawn; so windows that share out the plane share out its stones. */
+ * lattice cell in which its site was first drawn; so windows that share out the plane share out its stones. Stones of a
+ * periodic plane lie where their sites were first drawn, wherever the window is. */
 PAVE_API int32_t pave_stones_x(const pave_stones *stones);
 PAVE_API int32_t pave_stones_y(const pave_stones *stones);
 PAVE_API int32_t pave_stones_width(const pave_stones *stones);
@@ -65,7 +66,8 @@ PAVE_API const double *pave_stones_vertices(const pave_stones *stones);
 /* Colour of each stone: the drawing's pixel value at the stone's centroid, 0 black ... 255 white. */
 PAVE_API const uint8_t *pave_stones_colours(const pave_stones *stones);
 
-/* Site of each stone: its number in the whole plane. Ascending. */
+/* Site of each stone: its number in the whole plane. Ascending; polygons of the same number are parts of one stone that
+ * was cut (PAVE_BORDER_CUT). */
 PAVE_API const int32_t *pave_stones_sites(const pave_stones *stones);
 
 enum { PAVE_MEASURE_BINS = 32 };
