@@ -59,7 +59,7 @@ typedef struct cli_command {
     const char *output[MOST_FILES];
     int input_count, output_count;
     int wants_json, quiet;
-    int shards;            /* the verb knows --manifest and --shard */
+    int plans, shards;     /* the verb knows --manifest; and --shard */
     const char *manifest, *shard;
 } cli_command;
 

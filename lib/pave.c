@@ -86,10 +86,10 @@ static pave_result hash_drawing(pave_context *context, lay_work *work)
     pave_result result = pv_bitmap_create(context, work->drawing->width, work->drawing->height, &bitmap);
     if (result)
         return result;
-    pv_bitmap_store(&bitmap, 0, work->drawing);
-    work->stones->drawing = pv_bitmap_hash(&bitmap);
+    pv_bitmap_store(&bitmap, 0, 0, work->drawing);
+    result = pv_bitmap_hash(context, &bitmap, &work->stones->drawing);
     pv_bitmap_free(&bitmap);
-    return PAVE_OK;
+    return result;
 }
 
 /* The shares of progress are about those of the time. */

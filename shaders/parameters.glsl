@@ -19,6 +19,7 @@ layout(push_constant, std430) uniform Plane {
     int write;                // labels are wanted, not sums
     int patience;             // rounds that a search may take
     int block, columns, rows; // the tiles under way, a rectangle: the first, and their number in x and y
+    int excess;               // relaxation - 1, 1/65536
     int margin, grown;        // of the boxes drawn: what is proven, and what is drawn, 1/256 px
 } plane;
 

@@ -33,6 +33,7 @@ layout(std430, set = 0, binding = 8) buffer Totals {
     uint total_sorted, total_empty, total_moved, total_lost;
     uint total_radius; // no pixel is farther from its site
     uint total_stray;  // no original is farther from its home cell
+    uint64_t total_way; // of all sites: the larger of the moves in x and in y
     uint far[];
 };
 layout(std430, set = 0, binding = 9) buffer Chunks { Chunk chunk[]; };

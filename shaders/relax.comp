@@ -63,6 +63,13 @@ int mean(int64_t sum, int64_t count)
     return int(128 + int64_t(uint64_t(256 * sum + (count >> 1)) / uint64_t(count)));
 }
 
+// So far beyond the centroid as the relaxation says, or short of it.
+int past(int from, int middle)
+{
+    int way = int((int64_t(plane.excess) * (middle - from) + 32768) >> 16);
+    return middle + clamp(way, -plane.cell, plane.cell);
+}
+
 ivec2 centre(int i, ivec2 site_px, out bool empty)
 {
     Sum s = sum[i];
@@ -129,7 +136,8 @@ void main()
     ivec2 p = centre(i, before >> 8, empty);
     if (home[i].w != 0) // copy.comp moves it
         return;
-    p = clamp(empty ? revived(i, before) : p, ivec2(0), last);
+    p = empty ? revived(i, before) : ivec2(past(before.x, p.x), past(before.y, p.y));
+    p = clamp(p, ivec2(0), last);
     bool near = near_edge(p, distance, normal);
     if (near) {
         int way = plane.push_to - distance;
@@ -144,6 +152,8 @@ void main()
         atomicAdd(total_empty, 1);
     if (p != before)
         atomicAdd(total_moved, 1);
+    ivec2 move = abs(p - before);
+    atomicAdd(total_way, uint64_t(max(move.x, move.y)));
     if (plane.period_x != 0)
         atomicMax(total_stray, uint(stray(i, p)));
 }

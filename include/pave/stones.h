@@ -90,6 +90,8 @@ typedef struct pave_measure {
     double seconds_field;                        /* time spent in each stage; 0 where pave_lay did not run it */
     double seconds_cvd;
     double seconds_stones;
+    int32_t steps;                               /* of the diagram: pave_cvd_steps, pave_cvd_movement */
+    double movement;
 } pave_measure;
 
 /* Fills `measure`, whose size must be set. */

@@ -13,6 +13,8 @@ typedef struct pv_home {
     int32_t x, y, slot, original;
 } pv_home;
 
+enum { PV_NEAR = 8 };
+
 /* The problem: a plane of pixels with sites on it, and how they move. Lengths are in 1/256 px. */
 typedef struct pv_plane {
     int32_t width, height;      /* px */
@@ -24,8 +26,10 @@ typedef struct pv_plane {
     const pv_home *home;
     const uint16_t *edge;   /* distance to the nearest edge in 2^edge_shift / 256 px, saturated; NULL: no edges */
     int32_t edge_shift;
+    const uint8_t *near;    /* for each PV_NEAR x PV_NEAR px: is one within push_within of an edge? NULL: not known */
     int32_t cell;           /* side of the home lattice's cells, 2h */
     int32_t push_within, push_to;
+    int32_t excess;             /* relaxation - 1, 1/65536: how far a site goes beyond the centroid */
     int32_t noise_wave;
     int32_t noise_swing;    /* greatest rotation, 65536 to a turn */
     uint32_t noise_key;
@@ -36,6 +40,7 @@ typedef struct pv_plane {
 typedef struct pv_step {
     int64_t empty; /* cells without a pixel */
     int64_t moved; /* sites that are not where they were */
+    int64_t way;   /* of all sites: the larger of the moves in x and in y, 1/256 px */
     int32_t radius; /* no pixel was farther from its site; an upper bound, 1/256 px */
     int32_t stray; /* where sites have copies: no original is farther from its home cell, in x or in y, 1/256 px */
 } pv_step;

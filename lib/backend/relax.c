@@ -17,13 +17,45 @@ static int32_t edge_at(const pv_plane *plane, int32_t x, int32_t y)
     return plane->edge[(int64_t)y * plane->width + x];
 }
 
+static int32_t across(const pv_plane *plane)
+{
+    return (plane->width + PV_NEAR - 1) / PV_NEAR;
+}
+
+/* Is some pixel of the square around near an edge? The squares fit a cache, and the edges of a large plane do not. */
+static inline int may_be_near(const pv_plane *plane, int32_t px, int32_t py)
+{
+    return plane->edge &&
+           (!plane->near || plane->near[(int64_t)(py / PV_NEAR) * across(plane) + px / PV_NEAR]);
+}
+
+static int any_below(const uint16_t *edge, int64_t stride, int32_t columns, int32_t rows, int32_t limit)
+{
+    int any = 0;
+    for (int32_t y = 0; y < rows; y++, edge += stride)
+        for (int32_t x = 0; x < columns; x++)
+            any |= edge[x] < limit;
+    return any;
+}
+
+void pv_near_row(const pv_plane *plane, int32_t row, uint8_t *near)
+{
+    int32_t y = row * PV_NEAR, rows = y + PV_NEAR < plane->height ? PV_NEAR : plane->height - y;
+    int32_t limit = (int32_t)pv_ceil_div(plane->push_within, 1 << plane->edge_shift);
+    const uint16_t *edge = plane->edge + (int64_t)y * plane->width;
+    for (int32_t x = 0; x < plane->width; x += PV_NEAR) {
+        int32_t columns = x + PV_NEAR < plane->width ? PV_NEAR : plane->width - x;
+        near[x / PV_NEAR] = (uint8_t)any_below(edge + x, plane->width, columns, rows, limit);
+    }
+}
+
 void pv_site_prefetch(const pv_plane *plane, const pave_site *site)
 {
-    if (!plane->edge)
+    int32_t px = site->x >> 8, py = site->y >> 8;
+    if (!may_be_near(plane, px, py))
         return;
-    int32_t x = clamp(site->x >> 8, 0, plane->width - 1);
-    for (int32_t y = (site->y >> 8) - 1; y <= (site->y >> 8) + 1; y++)
-        __builtin_prefetch(&plane->edge[(int64_t)clamp(y, 0, plane->height - 1) * plane->width + x]);
+    for (int32_t y = py - 1; y <= py + 1; y++)
+        __builtin_prefetch(&plane->edge[(int64_t)clamp(y, 0, plane->height - 1) * plane->width + px]);
 }
 
 typedef struct edge_near {
@@ -54,9 +86,9 @@ static int normalise(int64_t x, int64_t y, int32_t *nx, int32_t *ny)
 /* Is (x, y) within push_within of an edge, and how does the distance change there? Sobel, normalised. */
 static int near_edge(const pv_plane *plane, int32_t x, int32_t y, edge_near *out)
 {
-    if (!plane->edge)
-        return 0;
     int32_t px = x >> 8, py = y >> 8;
+    if (!may_be_near(plane, px, py))
+        return 0;
     out->distance = edge_at(plane, px, py) << plane->edge_shift;
     if (out->distance >= plane->push_within)
         return 0;
@@ -136,12 +168,19 @@ void pv_site_copy(const pv_plane *plane, int32_t index, pave_site *sites)
     site->y = clamp(site->y + home->y, 0, 256 * plane->height - 1);
 }
 
+/* So far beyond the centroid as the relaxation says, or short of it; windows rely on the bound. */
+static int32_t past_centroid(const pv_plane *plane, int32_t from, int32_t centroid)
+{
+    int64_t way = ((int64_t)plane->excess * (centroid - from) + 32768) >> 16;
+    return centroid + clamp((int32_t)way, -plane->cell, plane->cell);
+}
+
 void pv_site_relax(const pv_plane *plane, int32_t index, int32_t iteration, const pv_sum *sum, pv_noise_cell *cell,
                    pave_site *site)
 {
     if (sum->count) {
-        site->x = mean(sum->x, sum->count);
-        site->y = mean(sum->y, sum->count);
+        site->x = past_centroid(plane, site->x, mean(sum->x, sum->count));
+        site->y = past_centroid(plane, site->y, mean(sum->y, sum->count));
     } else {
         revive(plane, index, iteration, site);
     }

@@ -12,6 +12,9 @@ typedef struct pv_sum {
 /* Turns a site at its place: along the edge if one is near, by the noise otherwise. */
 void pv_site_turn(const pv_plane *plane, pave_site *site);
 
+/* One row of plane->near, from plane->edge: a byte for each PV_NEAR px of the plane's width. */
+void pv_near_row(const pv_plane *plane, int32_t row, uint8_t *near);
+
 /* Fetches the edges around a site that is soon to move; it seldom moves far from there. */
 void pv_site_prefetch(const pv_plane *plane, const pave_site *site);
 

@@ -11,7 +11,7 @@ static const pave_cvd_params default_params = PAVE_CVD_PARAMS_INIT;
 static const pv_param cvd_rows[] = {
     PV_REAL(pave_cvd_params, half_side, "px", 1, 4096, "half the side of a mean stone"),
     PV_INTEGER(pave_cvd_params, stones, "", 0, 1 << 30, "number of stones wanted, instead of half-side; 0: none"),
-    PV_INTEGER(pave_cvd_params, iterations, "", 0, 10000, "times that sites move to the centroid of their cell"),
+    PV_INTEGER(pave_cvd_params, iterations, "", 0, 10000, "most times that sites move to the centroid of their cell"),
     PV_SEED(pave_cvd_params, seed, "another seed, another pavement"),
     PV_REAL(pave_cvd_params, cap, "half sides", 0, 1, "half extent of the metric's flat box"),
     PV_REAL(pave_cvd_params, scale_min, "", 0.1, 10, "least stretch of a box"),
@@ -22,6 +22,8 @@ static const pv_param cvd_rows[] = {
     PV_REAL(pave_cvd_params, push_to, "half sides", 0, 4, "to this distance from the edge"),
     PV_WINDOW(pave_cvd_params, window, "only this part of the plane, px [the whole]"),
     PV_REAL(pave_cvd_params, window_margin, "half sides", 0, 4096, "exact labels wanted around the window"),
+    PV_REAL(pave_cvd_params, relaxation, "", 0.1, 2, "sites go so many times the way to the centroid"),
+    PV_REAL(pave_cvd_params, until_still, "px", 0, 4096, "end when sites move by no more on average; 0: never"),
 };
 
 const pv_table pv_cvd_table = PV_TABLE("cvd", default_params, cvd_rows);
@@ -67,6 +69,11 @@ static pave_result read_window(pave_context *context, const pave_field *field, c
     return PAVE_OK;
 }
 
+static int is_whole(const pave_field *field, pv_rect w)
+{
+    return w.width == plane_width(field) && w.height == plane_height(field);
+}
+
 static pave_result read_params(pave_context *context, const pave_cvd_params *given, const pave_field *field,
                                pave_cvd *cvd)
 {
@@ -75,7 +82,12 @@ static pave_result read_params(pave_context *context, const pave_cvd_params *giv
         result = pv_fail(context, PAVE_ERR_ARGUMENT, "scale_min is greater than scale_max");
     if (!result)
         result = read_stones(context, field, &cvd->params);
-    return result ? result : read_window(context, field, cvd->params.window, &cvd->window);
+    if (!result)
+        result = read_window(context, field, cvd->params.window, &cvd->window);
+    if (!result && cvd->params.until_still > 0 && !is_whole(field, cvd->window))
+        result = pv_fail(context, PAVE_ERR_ARGUMENT,
+                         "until_still looks at all sites of a plane: it is not for windows");
+    return result;
 }
 
 static pave_result copy_window(pave_context *context, pave_cvd *cvd)
@@ -101,12 +113,13 @@ static pv_rect bounds_of(const pave_field *field)
                         : (pv_rect){ field->place.x, field->place.y, field->width, field->height };
 }
 
-/* Is a whole period less work than the window with its margin? */
-static int torus_pays(const pave_cvd *cvd, int32_t margin)
+/* Is a whole period wanted, or less work than the window with its margin? */
+static int torus_pays(const pave_field *field, const pave_cvd *cvd, int32_t margin)
 {
     double around = pv_torus_guess(&cvd->params);
-    return (cvd->place.width + 2 * around) * (cvd->place.height + 2 * around) <=
-           (cvd->window.width + 2.0 * margin) * (cvd->window.height + 2.0 * margin);
+    return is_whole(field, cvd->window) ||
+           (cvd->place.width + 2 * around) * (cvd->place.height + 2 * around) <=
+               (cvd->window.width + 2.0 * margin) * (cvd->window.height + 2.0 * margin);
 }
 
 /* A region that holds the window and all that can tell on it; a larger one if it turns out to be too small. Without
@@ -118,7 +131,7 @@ static pave_result make(pave_context *context, const pave_field *field, int32_t 
     int32_t margin = wanted + pv_margin_guess(&cvd->params);
     cvd->place = (pv_place){ 0, 0, plane_width(field), plane_height(field) };
     cvd->repeats = field->params.periodic;
-    if (field->wraps && torus_pays(cvd, margin)) {
+    if (field->wraps && torus_pays(field, cvd, margin)) {
         pave_result result = pv_torus_make(context, field, wanted, cvd);
         return result ? result : copy_window(context, cvd);
     }
@@ -152,6 +165,8 @@ pave_result pv_cvd_create(pave_context *context, const pave_field *field, const 
     if (!result)
         result = make(context, field, needed, cvd);
     pv_call_end(context, call);
+    if (!is_whole(field, cvd->window) && cvd->steps)
+        cvd->movement = -1;
     if (result || *needed)
         pave_cvd_free(&cvd);
     *out = cvd;
@@ -192,6 +207,8 @@ const int32_t *pave_cvd_labels(const pave_cvd *cvd) { return cvd->window_labels;
 int32_t pave_cvd_site_count(const pave_cvd *cvd) { return cvd->site_count; }
 const pave_site *pave_cvd_sites(const pave_cvd *cvd) { return cvd->sites; }
 const int32_t *pave_cvd_site_numbers(const pave_cvd *cvd) { return cvd->numbers; }
+int32_t pave_cvd_steps(const pave_cvd *cvd) { return cvd->steps; }
+double pave_cvd_movement(const pave_cvd *cvd) { return cvd->movement; }
 int32_t pave_cvd_backend(const pave_cvd *cvd) { return cvd->backend; }
 const char *pave_cvd_backend_name(const pave_cvd *cvd) { return cvd->backend_name; }
 

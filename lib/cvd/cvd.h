@@ -32,6 +32,8 @@ struct pave_cvd {
     int32_t exact;          /* labels are exact from this far inside the region's open borders, 1/256 px */
     int32_t radius;         /* no pixel is farther from its site, 1/256 px */
     int32_t far, stray;     /* the greatest of what the steps reported: pv_step */
+    int32_t steps;
+    double movement;        /* mean over the sites in the last step, px */
     pave_cvd_params params; /* half_side as it was used */
     int32_t backend;
     char backend_name[128];
@@ -86,6 +88,7 @@ void pv_region_share(const pv_home *homes, pave_cvd *cvd);
 
 /* torus.c: how much of the plane around one period it takes to compute the whole of a plane that repeats, px; and the
  * diagram of the window and `wanted` px around it from that. */
+int32_t pv_torus_sites(const pave_cvd *cvd); /* in a period */
 pave_result pv_torus_originals(pave_context *context, const pave_cvd *cvd, int32_t **originals); /* by number */
 int32_t pv_torus_guess(const pave_cvd_params *params);
 pave_result pv_torus_make(pave_context *context, const pave_field *field, int32_t wanted, pave_cvd *cvd);

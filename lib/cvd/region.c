@@ -78,6 +78,7 @@ void pv_region_plane(const pave_cvd *cvd, pv_plane *plane)
     plane->cell = fixed(2 * h);
     plane->push_within = fixed(params->push_within * h);
     plane->push_to = fixed(params->push_to * h);
+    plane->excess = (int32_t)floor((params->relaxation - 1) * 65536 + 0.5);
     plane->noise_wave = fixed(params->noise_length * h);
     plane->noise_swing = (int32_t)floor(params->noise_angle * 65536 / 360 + 0.5);
     plane->noise_key = pv_draw(params->seed, PV_DRAW_NOISE, 0, 0, 0).word[0];
@@ -96,6 +97,10 @@ static pave_result relax(pave_context *context, const pv_backend *backend, void 
         cvd->exact = pv_margin_after(plane, cvd->exact, step.radius);
         cvd->far = step.radius > cvd->far ? step.radius : cvd->far;
         cvd->stray = step.stray > cvd->stray ? step.stray : cvd->stray;
+        cvd->movement = (double)step.way / (plane->copies ? pv_torus_sites(cvd) : plane->sites) / 256;
+        cvd->steps = i + 1;
+        if (cvd->movement <= cvd->params.until_still && cvd->params.until_still > 0)
+            break;
     }
     if (!result)
         result = backend->labels(context, engine, steps * share, 1, cvd->labels);
@@ -107,6 +112,7 @@ static pave_result relax(pave_context *context, const pv_backend *backend, void 
 static pave_result run_on(pave_context *context, const pv_backend *backend, const pv_plane *plane, pave_cvd *cvd)
 {
     void *engine = NULL;
+    cvd->movement = cvd->steps = 0;
     cvd->far = cvd->stray = 0;
     cvd->exact = plane->push_within + FIELD_ROUNDING; /* what lies beyond the field cannot be nearer than that */
     pave_result result = backend->open(context, plane, &engine, cvd->backend_name);

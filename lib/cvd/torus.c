@@ -29,19 +29,17 @@ static int32_t needed_around(const pave_cvd *cvd)
     return (int32_t)((around < INT32_MAX / 2 ? around : INT32_MAX / 2) >> 8);
 }
 
-/* How many sites there are in a period. */
-static size_t sites_of(const pave_cvd *cvd)
+int32_t pv_torus_sites(const pave_cvd *cvd)
 {
     pv_plane plane;
     pv_region_plane(cvd, &plane);
-    return (size_t)pv_lattice_of(plane.cell, plane.period_x).cells *
-           (size_t)pv_lattice_of(plane.cell, plane.period_y).cells;
+    return pv_lattice_of(plane.cell, plane.period_x).cells * pv_lattice_of(plane.cell, plane.period_y).cells;
 }
 
 pave_result pv_torus_originals(pave_context *context, const pave_cvd *cvd, int32_t **originals)
 {
     pave_result result = PAVE_OK;
-    *originals = pv_allocate(context, sites_of(cvd), sizeof **originals, &result);
+    *originals = pv_allocate(context, (size_t)pv_torus_sites(cvd), sizeof **originals, &result);
     for (int32_t i = 0; i < cvd->site_count && *originals; i++)
         if (!cvd->shifts[i].x && !cvd->shifts[i].y)
             (*originals)[cvd->numbers[i]] = i;
@@ -85,7 +83,7 @@ static pave_result tabulate(pave_context *context, const pave_cvd *cvd, pv_rect 
     c->first_y = (int32_t)pv_floor_div(part.y, height);
     c->across = (int32_t)pv_floor_div(part.x + part.width - 1, width) - c->first_x + 1;
     c->down = (int32_t)pv_floor_div(part.y + part.height - 1, height) - c->first_y + 1;
-    size_t size = sites_of(cvd) * (size_t)c->across * (size_t)c->down;
+    size_t size = (size_t)pv_torus_sites(cvd) * (size_t)c->across * (size_t)c->down;
     c->index = pv_allocate_zeroed(context, size, sizeof *c->index, &result);
     for (int32_t i = 0; i < cvd->site_count && c->index; i++)
         *copy_at(c, cvd->numbers[i], cvd->shifts[i].x / (256 * width), cvd->shifts[i].y / (256 * height)) = i;

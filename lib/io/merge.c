@@ -1,5 +1,5 @@
 /* Piles of stones in files: the windows of one pavement, merged by the stones' numbers. */
-#include "io/output.h"
+#include "io/input.h"
 #include "io/pile.h"
 #include "io/stonefile.h"
 
@@ -9,7 +9,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { LONGEST = PV_STONE_RECORD + 8 * PV_STONE_CORNERS, CHUNK = 64 * 1024 };
+enum { LONGEST = PV_STONE_RECORD + 8 * PV_STONE_CORNERS, CHUNK = 16 * 1024 };
 
 /* A file as it is read, chunk by chunk. */
 typedef struct merge_part {
@@ -18,15 +18,13 @@ typedef struct merge_part {
     int64_t read;  /* of them, into the chunk or before */
     int32_t begin, end; /* what the chunk still holds */
     int32_t number; /* of the stone at `begin`; INT32_MAX: none is left */
-    uint8_t *chunk;
+    uint8_t *chunk; /* there only while its stones are among those that come next */
 } merge_part;
 
 typedef struct merge {
     int32_t count, last, part; /* last, part: of the stone before */
     int32_t *heap;       /* parts, the one with the lowest number first */
     merge_part *parts;
-    uint8_t *chunks;
-    int32_t chunk_size;
     int32_t xy[2 * PV_STONE_CORNERS];
 } merge;
 
@@ -35,28 +33,36 @@ static pave_result damaged(pave_context *context, const merge_part *p)
     return pv_fail(context, PAVE_ERR_FORMAT, "%s: is a damaged file of stones", p->path);
 }
 
-/* Fills the chunk up, if there is less than a whole stone in it. */
-static pave_result refill(pave_context *context, const merge *m, merge_part *p)
+static pave_result read_records(pave_context *context, const merge_part *p, int64_t from, void *bytes, int64_t size)
 {
-    int32_t held = p->end - p->begin;
-    if (held >= LONGEST || p->read == p->bytes)
-        return PAVE_OK;
-    memmove(p->chunk, p->chunk + p->begin, (size_t)held);
-    int64_t left = p->bytes - p->read, room = m->chunk_size - held;
     int file = open(p->path, O_RDONLY | O_CLOEXEC);
-    ssize_t got = file < 0 ? -1 : pread(file, p->chunk + held, (size_t)(left < room ? left : room),
-                                        PV_STONE_FILE_HEAD + p->read);
+    int64_t got = file < 0 ? -1 : pv_read_at(file, PV_STONE_FILE_HEAD + from, bytes, size);
     int error = errno;
     if (file >= 0)
         close(file);
     if (got < 0)
-        return pv_fail(context, PAVE_ERR_IO, "%s: cannot be read: %s", p->path, pv_system_error(error));
-    if (!got)
-        return damaged(context, p);
-    p->read += got;
+        return pv_unreadable(context, p->path, error);
+    return got < size ? damaged(context, p) : PAVE_OK;
+}
+
+/* Fills the chunk up, if there is less than a whole stone in it. */
+static pave_result refill(pave_context *context, merge_part *p)
+{
+    int32_t held = p->end - p->begin;
+    pave_result result = PAVE_OK;
+    if (held >= LONGEST || p->read == p->bytes)
+        return PAVE_OK;
+    if (!p->chunk)
+        p->chunk = pv_allocate(context, CHUNK, 1, &result);
+    if (result)
+        return result;
+    memmove(p->chunk, p->chunk + p->begin, (size_t)held);
+    int64_t left = p->bytes - p->read, room = CHUNK - held, size = left < room ? left : room;
+    result = read_records(context, p, p->read, p->chunk + held, size);
+    p->read += size;
     p->begin = 0;
-    p->end = held + (int32_t)got;
-    return PAVE_OK;
+    p->end = held + (int32_t)size;
+    return result;
 }
 
 static int32_t corners_at(const merge_part *p)
@@ -66,15 +72,23 @@ static int32_t corners_at(const merge_part *p)
     return corners;
 }
 
-/* Looks at the part's next stone. */
-static pave_result look(pave_context *context, const merge *m, merge_part *p)
+static void drop_chunk(merge_part *p)
 {
-    pave_result result = refill(context, m, p);
+    pv_release(p->chunk);
+    p->chunk = NULL;
+}
+
+/* Looks at the part's next stone. */
+static pave_result look(pave_context *context, merge_part *p)
+{
+    pave_result result = refill(context, p);
     if (result)
         return result;
     p->number = INT32_MAX;
-    if (p->begin == p->end)
+    if (p->begin == p->end) {
+        drop_chunk(p);
         return PAVE_OK;
+    }
     if (p->end - p->begin < PV_STONE_RECORD || corners_at(p) < 3 || corners_at(p) > PV_STONE_CORNERS ||
         p->end - p->begin < PV_STONE_RECORD + 8 * corners_at(p))
         return damaged(context, p);
@@ -95,12 +109,20 @@ static void sink(merge *m, int32_t at)
     m->heap[at] = moving;
 }
 
+/* Only the number of the first stone: parts wait without a chunk until it is their turn. */
+static pave_result peek(pave_context *context, merge_part *p)
+{
+    p->number = INT32_MAX;
+    pave_result result = p->bytes ? read_records(context, p, 0, &p->number, sizeof p->number) : PAVE_OK;
+    return !result && p->bytes && p->number == INT32_MAX ? damaged(context, p) : result;
+}
+
 static pave_result merge_start(pave_context *context, merge *m)
 {
     pave_result result = PAVE_OK;
     for (int32_t i = 0; i < m->count && !result; i++) {
         m->heap[i] = i;
-        result = look(context, m, &m->parts[i]);
+        result = peek(context, &m->parts[i]);
     }
     for (int32_t i = m->count / 2; i-- > 0 && !result;)
         sink(m, i);
@@ -114,6 +136,8 @@ static pave_result merge_next(pave_context *context, pv_pile *pile, pv_stone *ou
     pave_result result = m->last == -2 ? merge_start(context, m) : PAVE_OK;
     merge_part *p = &m->parts[m->heap[0]];
     *out = (pv_stone){ .xy = m->xy };
+    if (!result && !p->chunk && p->number < INT32_MAX)
+        result = look(context, p);
     if (result || p->number == INT32_MAX)
         return result;
     out->part = p->chunk[p->begin + 5];
@@ -125,7 +149,7 @@ static pave_result merge_next(pave_context *context, pv_pile *pile, pv_stone *ou
     out->corners = corners_at(p);
     memcpy(m->xy, p->chunk + p->begin + PV_STONE_RECORD, 8 * (size_t)out->corners);
     p->begin += PV_STONE_RECORD + 8 * out->corners;
-    result = look(context, m, p);
+    result = look(context, p);
     sink(m, 0);
     return result;
 }
@@ -134,8 +158,10 @@ static void merge_rewind(pv_pile *pile)
 {
     merge *m = pile->source;
     m->last = -2; /* begins with the next stone */
-    for (int32_t i = 0; i < m->count; i++)
+    for (int32_t i = 0; i < m->count; i++) {
+        drop_chunk(&m->parts[i]);
         m->parts[i].read = m->parts[i].begin = m->parts[i].end = 0;
+    }
 }
 
 static void merge_close(pv_pile *pile)
@@ -143,9 +169,10 @@ static void merge_close(pv_pile *pile)
     merge *m = pile->source;
     if (!m)
         return;
+    for (int32_t i = 0; i < m->count && m->parts; i++)
+        drop_chunk(&m->parts[i]);
     pv_release(m->heap);
     pv_release(m->parts);
-    pv_release(m->chunks);
     pv_release(m);
 }
 
@@ -156,12 +183,9 @@ static pave_result merge_create(pave_context *context, int32_t count, merge **ou
     if (!m)
         return result;
     m->count = count;
-    m->chunk_size = count > 256 ? 4 * LONGEST : CHUNK;
     m->heap = pv_allocate(context, (size_t)count, sizeof *m->heap, &result);
     if (!result)
         m->parts = pv_allocate_zeroed(context, (size_t)count, sizeof *m->parts, &result);
-    if (!result)
-        m->chunks = pv_allocate(context, (size_t)count, (size_t)m->chunk_size, &result);
     return result;
 }
 
@@ -222,6 +246,8 @@ static void begin_head(pave_stones *head, const pv_stone_file_head *part)
     head->measure.size = sizeof head->measure;
     head->measure.area_step = part->measure.area_step;
     head->measure.half_side = part->measure.half_side;
+    head->measure.steps = part->measure.steps;
+    head->measure.movement = -1;
     head->cvd = part->cvd;
     memset(head->cvd.window, 0, sizeof head->cvd.window);
     head->params = part->stones;
@@ -241,11 +267,15 @@ static int same_pavement(const pave_stones *head, const pv_stone_file_head *part
 /* Where windows straddle the borders of a plane that repeats, it is as if they had been cut along them. */
 static void fit_in_plane(pave_stones *head, double area)
 {
-    if (!head->field.periodic || area < (double)head->plane_width * head->plane_height)
-        return;
-    head->x = head->y = 0;
-    head->width = head->plane_width;
-    head->height = head->plane_height;
+    int whole = area >= (double)head->plane_width * head->plane_height;
+    if (head->field.periodic && (whole || head->width > head->plane_width)) {
+        head->x = 0;
+        head->width = head->plane_width;
+    }
+    if (head->field.periodic && (whole || head->height > head->plane_height)) {
+        head->y = 0;
+        head->height = head->plane_height;
+    }
 }
 
 static pave_result add_part(pave_context *context, const char *path, int32_t i, pv_pile *pile, double *area)
@@ -259,6 +289,8 @@ static pave_result add_part(pave_context *context, const char *path, int32_t i, 
         begin_head(&pile->head, &head);
     if (!same_pavement(&pile->head, &head))
         return pv_fail(context, PAVE_ERR_FORMAT, "%s: belongs to another pavement", path);
+    if (head.count > INT32_MAX - pile->head.count)
+        return pv_fail(context, PAVE_ERR_LIMIT, "%s: with it there are more than 2^31 stones", path);
     unite(&pile->head, &head);
     add_measure(&pile->head.measure, &head.measure);
     add_counts(pile->counts, head.counts, 256);
@@ -266,7 +298,6 @@ static pave_result add_part(pave_context *context, const char *path, int32_t i, 
     pile->head.count += head.count;
     m->parts[i].path = path;
     m->parts[i].bytes = head.bytes;
-    m->parts[i].chunk = m->chunks + (size_t)i * (size_t)m->chunk_size;
     return PAVE_OK;
 }
 

@@ -48,6 +48,9 @@ static void put_areas(pv_json *json, const pave_measure *measure)
 
 static void put_measure(pv_json *json, const pave_measure *measure)
 {
+    pv_json_whole(json, "steps", measure->steps);
+    if (measure->movement >= 0) /* not known of windows */
+        pv_json_number(json, "movement", measure->movement);
     pv_json_whole(json, "sites", measure->sites);
     pv_json_whole(json, "stones", measure->stones);
     pv_json_whole(json, "lost", measure->lost);

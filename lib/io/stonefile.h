@@ -43,5 +43,6 @@ typedef struct pv_making {
 
 int pv_stones_file_same(const pv_stone_file_head *head, const pv_making *making);
 
-/* Reads and checks a head. */
+/* Reads and checks a head; the first without a word, but with the reason of a failure. */
+pave_result pv_stones_file_look(const char *path, pv_stone_file_head *head, const char **reason);
 pave_result pv_stones_file_head(pave_context *context, const char *path, pv_stone_file_head *head);

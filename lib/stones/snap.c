@@ -1,5 +1,6 @@
 /* Vertices moved to the edges of the drawing (III.C): all whose pixel has another colour than the centre of one of
  * their polygons go along the gradient of the distance until they are on the edge. */
+#include "base/parallel.h"
 #include "field/field.h"
 #include "image/image.h"
 #include "stones/stones.h"
@@ -69,13 +70,27 @@ static pv_point to_edge(const terrain *t, pv_point p)
     return p;
 }
 
-pave_result pv_mesh_snap(pave_context *context, const pave_image *drawing, const pave_field *field, pv_mesh *mesh)
+typedef struct snap_job {
+    const pave_image *drawing;
+    const pave_field *field;
+    pv_mesh *mesh;
+} snap_job;
+
+static void snap_some(void *data, int32_t begin, int32_t end, int32_t worker)
 {
-    for (int32_t v = 0; v < mesh->vertex_count; v++) {
-        uint8_t here = pv_colour_at(drawing, mesh->vertex[v]);
-        terrain t = { drawing, field, here };
+    (void)worker;
+    const snap_job *job = data;
+    pv_mesh *mesh = job->mesh;
+    for (int32_t v = begin; v < end; v++) {
+        uint8_t here = pv_colour_at(job->drawing, mesh->vertex[v]);
+        terrain t = { job->drawing, job->field, here };
         if (here != mesh->low[v] || here != mesh->high[v])
             mesh->vertex[v] = to_edge(&t, mesh->vertex[v]);
     }
-    return pv_progress(context, 0.7);
+}
+
+pave_result pv_mesh_snap(pave_context *context, const pave_image *drawing, const pave_field *field, pv_mesh *mesh)
+{
+    snap_job job = { drawing, field, mesh };
+    return pv_parallel_runs(context, mesh->vertex_count, PV_RINGS, snap_some, &job, 0.6, 0.7);
 }

@@ -32,14 +32,14 @@ static pave_result make(pave_context *context, const pave_image *drawing, const 
 {
     pv_mesh mesh;
     pave_result result = pv_mesh_trace(context, cvd, &mesh);
-    if (!result) {
-        pv_mesh_colour(drawing, &mesh);
+    if (!result)
+        result = pv_mesh_colour(context, drawing, 0.4, &mesh);
+    if (!result)
         result = pv_mesh_flatten(context, &stones->params, &mesh);
-    }
-    if (!result) {
-        pv_mesh_colour(drawing, &mesh);
+    if (!result)
+        result = pv_mesh_colour(context, drawing, 0.6, &mesh);
+    if (!result)
         result = pv_mesh_snap(context, drawing, field, &mesh);
-    }
     if (!result)
         result = pv_stones_isolate(context, drawing, cvd, &mesh, stones);
     if (!result)
@@ -132,6 +132,8 @@ static pave_result make_stones(pave_context *context, const pave_image *drawing,
     stones->width = cvd->window.width;
     stones->height = cvd->window.height;
     stones->measure.size = sizeof stones->measure;
+    stones->measure.steps = cvd->steps;
+    stones->measure.movement = cvd->movement;
     stones->cvd = cvd->params;
     stones->params = *params;
     stones->field = field->params;

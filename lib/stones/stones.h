@@ -50,12 +50,15 @@ static inline double pv_way(double way)
     return floor(way * 1048576 + 0.5) / 1048576;
 }
 
+enum { PV_RINGS = 512 }; /* done by a thread at a time */
+
 /* trace.c: finds the vertices of a label image and puts them in cyclic order around each label. */
 pave_result pv_mesh_trace(pave_context *context, const pave_cvd *cvd, pv_mesh *mesh);
 void pv_mesh_free(pv_mesh *mesh);
 
-/* colour.c: a ring is coloured as the drawing is under the mean of its corners; sets low and high. */
-void pv_mesh_colour(const pave_image *drawing, pv_mesh *mesh);
+/* colour.c: a ring is coloured as the drawing is under the mean of its corners; sets low and high. Progress
+ * stays `at`. */
+pave_result pv_mesh_colour(pave_context *context, const pave_image *drawing, double at, pv_mesh *mesh);
 
 /* flatten.c: moves the vertices of wide angles onto the line between their neighbours. */
 pave_result pv_mesh_flatten(pave_context *context, const pave_stones_params *params, pv_mesh *mesh);

@@ -195,6 +195,7 @@ pave_result pv_vk_engine_step(pave_context *context, void *engine, int32_t itera
         result = read_totals(context, e, &t);
     out->empty = t.empty;
     out->moved = t.moved;
+    out->way = (int64_t)t.way;
     out->radius = (int32_t)t.radius;
     out->stray = (int32_t)t.stray;
     return result;
@@ -240,7 +241,8 @@ static pv_vk_parameters describe(const pv_plane *plane, int32_t capacity)
         .down = (int32_t)pv_ceil_div(256 * (int64_t)plane->height, plane->cell),
         .tiles_across = (int32_t)pv_ceil_div(plane->width, TILE), .reach = pv_plane_reach(plane), .capacity = capacity,
         .edge_shift = plane->edge ? plane->edge_shift : -1, .push_within = plane->push_within,
-        .push_to = plane->push_to, .noise_wave = plane->noise_wave, .noise_swing = plane->noise_swing,
+        .push_to = plane->push_to, .excess = plane->excess,
+        .noise_wave = plane->noise_wave, .noise_swing = plane->noise_swing,
         .noise_key = plane->noise_key, .seed_low = (uint32_t)plane->seed, .seed_high = (uint32_t)(plane->seed >> 32),
     };
 }
@@ -294,7 +296,8 @@ pave_result pv_vk_engine_open(pave_context *context, pv_vk_engine *e, const pv_p
                               int32_t capacity, pv_vk_label *label)
 {
     if ((int64_t)plane->width * plane->height > (int64_t)PV_VK_EDGE_PARTS * EDGE_PART)
-        return pv_fail(context, PAVE_ERR_UNSUPPORTED, "%d x %d px are beyond the 2^28 of the Vulkan engine",
+        return pv_fail(context, PAVE_ERR_UNSUPPORTED,
+                       "%d x %d px are beyond the 2^28 px of the Vulkan engines; lay them in windows",
                        (int)plane->width, (int)plane->height);
     e->plane = describe(plane, capacity);
     e->copies = plane->copies;

@@ -22,11 +22,12 @@ typedef struct pv_vk_parameters {
     int32_t edge_shift, push_within, push_to, noise_wave, noise_swing;
     uint32_t noise_key, seed_low, seed_high;
     int32_t iteration, base, count, write, patience;
-    int32_t block, columns, rows, margin, grown;
+    int32_t block, columns, rows, excess, margin, grown;
 } pv_vk_parameters;
 
 typedef struct pv_vk_totals {
     uint32_t sorted, empty, moved, lost, radius, stray;
+    uint64_t way;
     uint32_t far[PV_VK_FAR]; /* raster: tiles by their farthest pixel */
 } pv_vk_totals;
 
