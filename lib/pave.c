@@ -119,7 +119,8 @@ static pave_result run_stages(pave_context *context, const pave_image *image, co
     report->seconds_field = after_field - start;
     report->seconds_cvd = after_cvd - after_field;
     report->seconds_stones = pv_seconds() - after_cvd;
-    if (work->stones->width != work->stones->plane_width || work->stones->height != work->stones->plane_height)
+    const pave_stones *s = work->stones;
+    if (!pv_is_whole(&(pv_place){ s->x, s->y, s->plane_width, s->plane_height }, s->width, s->height))
         result = hash_drawing(context, work);
     return result ? result : pv_params_read(context, &pv_threshold_table, params->threshold, &work->stones->threshold);
 }

@@ -61,6 +61,13 @@ static pave_result read_params(pv_stream *s, const pave_lay_params *given)
     return result;
 }
 
+/* How far around a plane that repeats its diagram and its stones are computed, if that is done for the whole. */
+static double whole_around(const pave_cvd_params *cvd)
+{
+    double around = pv_torus_guess(cvd), stones = cvd->window_margin * cvd->half_side;
+    return stones > around ? stones : around;
+}
+
 /* Windows of such a size that one with its margin stays within the memory. */
 static pave_result divide(pv_stream *s, int64_t memory)
 {
@@ -71,12 +78,14 @@ static pave_result divide(pv_stream *s, int64_t memory)
     s->plan.margin = pv_margin_guess(&cvd) + (int32_t)(cvd.window_margin * cvd.half_side) + SPARE;
     double held = s->drawing.bits ? (double)s->drawing.stride * height : 0, left = (double)memory - BASE - held;
     double side = floor(sqrt(fmax(left, 0) / BYTES_A_PIXEL)) - 2 * s->plan.margin;
-    if (side < s->plan.margin / 2 && left < BYTES_A_PIXEL * width * height) {
+    double around = s->plan.field.periodic ? 2 * whole_around(&cvd) : 0;
+    double whole = BYTES_A_PIXEL * (width + around) * (height + around);
+    if (side < s->plan.margin / 2 && left < whole) {
         double least = 2.5 * s->plan.margin;
         return pv_fail(s->context, PAVE_ERR_LIMIT, "memory is %lld bytes, but windows of this drawing need %.0f",
                        (long long)memory, least * least * BYTES_A_PIXEL + BASE + held);
     }
-    if (left >= BYTES_A_PIXEL * width * height)
+    if (left >= whole)
         side = fmax(width, height);
     s->plan.columns = (int32_t)ceil(width / side);
     s->plan.rows = (int32_t)ceil(height / side);
@@ -107,11 +116,23 @@ static int is_done(const pv_stream *s, const char *path, const pv_rect *w)
            pv_stones_file_same(&head, &making);
 }
 
+/* As much of the drawing as a window needs: where it repeats that may lie beyond its borders, but one period is enough
+ * of it, in itself. */
+static pv_rect choose_region(const pv_stream *s, pv_rect window, int32_t margin)
+{
+    const pv_rect plane = { 0, 0, s->drawing.width, s->drawing.height };
+    const pv_rect everywhere = { -(1 << 29), -(1 << 29), 1 << 30, 1 << 30 };
+    pv_rect region = pv_rect_grown(window, margin, s->plan.field.periodic ? everywhere : plane);
+    double around = s->plan.field.periodic ? 2 * whole_around(&s->plan.cvd) : 0;
+    double whole = (plane.width + around) * (plane.height + around);
+    return (double)region.width * region.height < whole ? region : plane;
+}
+
 /* The stones of a window from so much of the drawing around it; NULL, and a larger margin, if that is too little. */
 static pave_result lay_region(pv_stream *s, pv_rect window, int32_t *margin, pave_stones **out)
 {
     pave_context *context = s->context;
-    pv_rect region = pv_rect_grown(window, *margin, (pv_rect){ 0, 0, s->drawing.width, s->drawing.height });
+    pv_rect region = choose_region(s, window, *margin);
     pave_image *drawing = NULL;
     pave_field *field = NULL;
     pave_cvd *cvd = NULL;

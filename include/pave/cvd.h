@@ -53,6 +53,8 @@ typedef struct pave_site {
  * is drawn again at random in the lattice cell (2h x 2h) where it lies.
  * A window has the labels and sites that the whole has there, bit for bit: more than the window is computed, as far as
  * iterations can carry something, and it is checked afterwards that it was enough.
+ * Where the field is periodic so is the diagram: a whole number of lattice cells fits into the drawing, sites have
+ * copies whole periods away, and a window may lie across the border: it begins inside the drawing and is no larger.
  * Cost: about iterations * pixels * 4 ns on one AVX2 core; memory 6 bytes a pixel and 150 a site. */
 PAVE_API pave_result pave_cvd_create(pave_context *context, const pave_field *field, const pave_cvd_params *params,
                                      pave_cvd **out);
@@ -73,8 +75,8 @@ PAVE_API const int32_t *pave_cvd_labels(const pave_cvd *cvd);
 PAVE_API int32_t pave_cvd_site_count(const pave_cvd *cvd);
 PAVE_API const pave_site *pave_cvd_sites(const pave_cvd *cvd);
 
-/* The number of each site in the whole plane; ascending. Where there is a window pave_cvd_sites holds the sites that
- * were computed for it, some of them around it and not exact. */
+/* The number of each site in the whole plane; ascending, but in a periodic one, where copies share theirs. Where there
+ * is a window pave_cvd_sites holds the sites that were computed for it, some of them around it and not exact. */
 PAVE_API const int32_t *pave_cvd_site_numbers(const pave_cvd *cvd);
 
 /* The steps that were done, `iterations` or less; and by how much the sites moved in the last one: the larger of the

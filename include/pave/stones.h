@@ -15,6 +15,12 @@ enum {
     PAVE_MODE_PAPER = 0 /* the text to the letter */
 };
 
+enum {
+    PAVE_BORDER_WRAPPED = 0, /* each once and whole, where its site was first drawn: it may hang over the border */
+    PAVE_BORDER_CUT = 1      /* cut along the border, each part moved into the plane: polygons in a row with the same
+                                site; what is left of one thinner than 1/500 px is dropped */
+};
+
 typedef struct pave_stones_params {
     size_t size;
     int32_t mode;        /* PAVE_MODE_ */
@@ -27,9 +33,11 @@ typedef struct pave_stones_params {
                             vertices between stones of different colours stay */
     double drop_angle;   /* wide corners of the single polygon are dropped from this angle on, degrees */
     double small_edge;   /* shorter edges of the single polygon lose an end, half sides */
+    int32_t border;      /* PAVE_BORDER_: stones that cross the border of a periodic plane (pave_field_params) */
 } pave_stones_params;
 
-#define PAVE_STONES_PARAMS_INIT { sizeof(pave_stones_params), PAVE_MODE_PAPER, 1.0, 120.0, 5, 120.0, 0.5 }
+#define PAVE_STONES_PARAMS_INIT \
+    { sizeof(pave_stones_params), PAVE_MODE_PAPER, 1.0, 120.0, 5, 120.0, 0.5, PAVE_BORDER_WRAPPED }
 
 PAVE_API void pave_stones_params_init(pave_stones_params *params, size_t size);
 
@@ -40,7 +48,8 @@ PAVE_API pave_result pave_stones_create(pave_context *context, const pave_image 
 PAVE_API void pave_stones_free(pave_stones **stones);
 
 /* The window: its corner in the plane, and its size, px. A stone belongs to the window that holds the corner of the
- * lattice cell in which its site was first drawn; so windows that share out the plane share out its stones. */
+ * lattice cell in which its site was first drawn; so windows that share out the plane share out its stones. Stones of a
+ * periodic plane lie where their sites were first drawn, wherever the window is. */
 PAVE_API int32_t pave_stones_x(const pave_stones *stones);
 PAVE_API int32_t pave_stones_y(const pave_stones *stones);
 PAVE_API int32_t pave_stones_width(const pave_stones *stones);
@@ -57,7 +66,8 @@ PAVE_API const double *pave_stones_vertices(const pave_stones *stones);
 /* Colour of each stone: the drawing's pixel value at the stone's centroid, 0 black ... 255 white. */
 PAVE_API const uint8_t *pave_stones_colours(const pave_stones *stones);
 
-/* Site of each stone: its number in the whole plane. Ascending. */
+/* Site of each stone: its number in the whole plane. Ascending; polygons of the same number are parts of one stone that
+ * was cut (PAVE_BORDER_CUT). */
 PAVE_API const int32_t *pave_stones_sites(const pave_stones *stones);
 
 enum { PAVE_REPORT_BINS = 32 };

@@ -199,6 +199,7 @@ typedef struct relax_job {
     pv_cpu *cpu;
     int32_t iteration;
     atomic_llong empty, moved, way;
+    atomic_int stray;
 } relax_job;
 
 enum { CHUNK = 4096, AHEAD = 12 };
@@ -216,6 +217,7 @@ static void relax_task(void *data, int32_t chunk, int32_t worker)
     pv_cpu *cpu = job->cpu;
     int32_t n = cpu->plane.sites, to = (chunk + 1) * CHUNK < n ? (chunk + 1) * CHUNK : n;
     int64_t empty = 0, moved = 0, way = 0;
+    int32_t stray = 0;
     pv_noise_cell cell = { .known = 0 };
     for (int32_t i = chunk * CHUNK; i < to; i++) {
         pv_sum sum = { 0, 0, 0 };
@@ -226,13 +228,18 @@ static void relax_task(void *data, int32_t chunk, int32_t worker)
             pv_sum_add(&sum, part->count, part->x, part->y);
             *part = (pv_sum){ 0, 0, 0 };
         }
+        if (cpu->plane.copies && cpu->plane.home[i].original)
+            continue;
         pave_site before = cpu->sites[i];
         pv_site_relax(&cpu->plane, i, job->iteration, &sum, &cell, &cpu->sites[i]);
         empty += !sum.count;
         int32_t move = move_of(&before, &cpu->sites[i]);
         moved += move > 0;
         way += move;
+        if (cpu->plane.copies && pv_site_stray(&cpu->plane, i, &cpu->sites[i]) > stray)
+            stray = pv_site_stray(&cpu->plane, i, &cpu->sites[i]);
     }
+    pv_raise(&job->stray, stray);
     atomic_fetch_add(&job->empty, empty);
     atomic_fetch_add(&job->moved, moved);
     atomic_fetch_add(&job->way, way);
@@ -262,6 +269,10 @@ pave_result pv_cpu_relax(pave_context *context, pv_cpu *cpu, int32_t iteration, 
     pave_result result = find_near(context, cpu, from);
     if (!result)
         result = pv_parallel(context, chunks, relax_task, &job, from, to);
+    for (int32_t i = 0; i < cpu->plane.sites && cpu->plane.copies; i++)
+        if (cpu->plane.home[i].original)
+            pv_site_copy(&cpu->plane, i, cpu->sites);
+    out->stray = atomic_load(&job.stray);
     out->empty = atomic_load(&job.empty);
     out->moved = atomic_load(&job.moved);
     out->way = atomic_load(&job.way);

@@ -105,8 +105,10 @@ static void turn(const pv_plane *plane, pave_site *site, const edge_near *edge, 
         site->cosine = edge->ny;
         site->sine = -edge->nx;
     } else {
-        int64_t noise = pv_noise(cell, plane->noise_key, site->x + plane->origin_x, site->y + plane->origin_y,
-                                 plane->noise_wave);
+        pv_lattice across = pv_lattice_of(plane->noise_wave, plane->period_x);
+        pv_lattice down = pv_lattice_of(plane->noise_wave, plane->period_y);
+        int64_t noise = pv_noise(cell, plane->noise_key, &across, &down, site->x + plane->origin_x,
+                                 site->y + plane->origin_y);
         pv_turn((int32_t)(noise * plane->noise_swing >> 16), &site->cosine, &site->sine);
     }
 }
@@ -123,6 +125,14 @@ static int32_t mean(int64_t sum, int64_t count)
     return (int32_t)(128 + pv_floor_div(256 * sum + count / 2, count));
 }
 
+/* Another place in the same cell. */
+static int32_t elsewhere(int32_t place, int32_t origin, pv_lattice lattice, uint32_t word)
+{
+    int32_t at = pv_lattice_place(&lattice, place + origin), cell = pv_lattice_cell(&lattice, at);
+    int32_t start = (int32_t)pv_lattice_start(&lattice, cell), end = (int32_t)pv_lattice_start(&lattice, cell + 1);
+    return place - at + start + (int32_t)pv_below(word, (uint32_t)(end - start));
+}
+
 /* An empty cell lies under the boxes of its neighbours; a new place at random in the lattice cell where the site lies
  * gets it out. */
 static void revive(const pv_plane *plane, int32_t index, int32_t iteration, pave_site *site)
@@ -130,8 +140,32 @@ static void revive(const pv_plane *plane, int32_t index, int32_t iteration, pave
     const pv_home *home = &plane->home[index];
     pv_random r = pv_draw(plane->seed, PV_DRAW_REVIVE, (uint32_t)home->x, (uint32_t)home->y,
                           (uint32_t)(iteration * 64 + home->slot));
-    site->x -= (site->x + plane->origin_x) % plane->cell - (int32_t)pv_below(r.word[0], (uint32_t)plane->cell);
-    site->y -= (site->y + plane->origin_y) % plane->cell - (int32_t)pv_below(r.word[1], (uint32_t)plane->cell);
+    site->x = elsewhere(site->x, plane->origin_x, pv_lattice_of(plane->cell, plane->period_x), r.word[0]);
+    site->y = elsewhere(site->y, plane->origin_y, pv_lattice_of(plane->cell, plane->period_y), r.word[1]);
+}
+
+static int32_t beyond(int32_t place, int32_t origin, pv_lattice lattice, int32_t cell)
+{
+    int64_t at = (int64_t)place + origin, start = pv_lattice_start(&lattice, cell);
+    int64_t end = pv_lattice_start(&lattice, cell + 1);
+    return (int32_t)(at < start ? start - at : at > end ? at - end : 0);
+}
+
+int32_t pv_site_stray(const pv_plane *plane, int32_t index, const pave_site *site)
+{
+    const pv_home *home = &plane->home[index];
+    int32_t x = beyond(site->x, plane->origin_x, pv_lattice_of(plane->cell, plane->period_x), home->x);
+    int32_t y = beyond(site->y, plane->origin_y, pv_lattice_of(plane->cell, plane->period_y), home->y);
+    return x > y ? x : y;
+}
+
+void pv_site_copy(const pv_plane *plane, int32_t index, pave_site *sites)
+{
+    const pv_home *home = &plane->home[index];
+    pave_site *site = &sites[index];
+    *site = sites[home->original - 1];
+    site->x = clamp(site->x + home->x, 0, 256 * plane->width - 1);
+    site->y = clamp(site->y + home->y, 0, 256 * plane->height - 1);
 }
 
 /* So far beyond the centroid as the relaxation says, or short of it; windows rely on the bound. */

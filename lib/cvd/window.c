@@ -47,16 +47,16 @@ pv_rect pv_rect_grown(pv_rect window, int32_t margin, pv_rect bounds)
     return r;
 }
 
-int32_t pv_rect_room(pv_rect window, pv_rect region, const pv_place *plane)
+int32_t pv_rect_room(pv_rect window, pv_rect region, const pave_cvd *plane)
 {
-    int32_t room = INT32_MAX;
-    if (region.x > 0)
+    int32_t room = INT32_MAX, width = plane->place.width, height = plane->place.height;
+    if (region.x > 0 || plane->repeats)
         room = least(room, window.x - region.x);
-    if (region.y > 0)
+    if (region.y > 0 || plane->repeats)
         room = least(room, window.y - region.y);
-    if (region.x + region.width < plane->width)
+    if (region.x + region.width < width || plane->repeats)
         room = least(room, region.x + region.width - window.x - window.width);
-    if (region.y + region.height < plane->height)
+    if (region.y + region.height < height || plane->repeats)
         room = least(room, region.y + region.height - window.y - window.height);
     return room;
 }

@@ -1,6 +1,8 @@
 /* A drawing with one bit a pixel, in memory or in a file. */
 #include "image/bitmap.h"
 
+#include "util/fixed.h"
+
 #include <errno.h>
 #include <string.h>
 #include <unistd.h>
@@ -88,22 +90,33 @@ static pave_result row_bytes(pave_context *context, const pv_bitmap *bitmap, int
     return bitmap->bits ? PAVE_OK : transfer(context, bitmap, y * bitmap->stride + x, scratch, size, 0);
 }
 
+/* Pixels of a row that lie inside the plane. */
+static pave_result cut_run(pave_context *context, const pv_bitmap *bitmap, int32_t x, int32_t y, int32_t count,
+                           uint8_t *scratch, uint8_t *pixel)
+{
+    int32_t first = x >> 3, size = ((x + count + 7) >> 3) - first;
+    const uint8_t *bits = NULL;
+    pave_result result = row_bytes(context, bitmap, y, first, size, scratch, &bits);
+    for (int32_t column = x - 8 * first; column < x - 8 * first + count && !result; column++)
+        *pixel++ = bits[column >> 3] >> (7 - (column & 7)) & 1 ? 255 : 0;
+    return result;
+}
+
 pave_result pv_bitmap_cut(pave_context *context, const pv_bitmap *bitmap, int32_t x, int32_t y, int32_t width,
                           int32_t height, pave_image **out)
 {
     pave_image_params params = PAVE_IMAGE_PARAMS_INIT;
     params.width = width;
     params.height = height;
-    int32_t first = x >> 3, size = ((x + width + 7) >> 3) - first;
-    const uint8_t *bits = NULL;
     pave_result result = pv_image_new(context, &params, out);
-    uint8_t *scratch = result ? NULL : pv_allocate(context, (size_t)size, 1, &result);
+    uint8_t *scratch = result ? NULL : pv_allocate(context, (size_t)width / 8 + 2, 1, &result);
     uint8_t *pixel = result ? NULL : (*out)->pixels;
-    for (int32_t row = y; row < y + height && !result; row++) {
-        result = row_bytes(context, bitmap, row, first, size, scratch, &bits);
-        for (int32_t column = x - 8 * first; column < x - 8 * first + width && !result; column++)
-            *pixel++ = bits[column >> 3] >> (7 - (column & 7)) & 1 ? 255 : 0;
-    }
+    for (int32_t row = 0; row < height && !result; row++)
+        for (int32_t i = 0, run; i < width && !result; i += run, pixel += run) {
+            int32_t at = pv_modulo(x + i, bitmap->width), left = bitmap->width - at;
+            run = left < width - i ? left : width - i;
+            result = cut_run(context, bitmap, at, pv_modulo(y + row, bitmap->height), run, scratch, pixel);
+        }
     pv_release(scratch);
     if (result)
         pave_image_free(out);

@@ -21,7 +21,7 @@ void pv_bitmap_store(pv_bitmap *bitmap, int32_t x, int32_t y, const pave_image *
 /* Puts a band of rows, which is in memory, into a bitmap of the same width. */
 pave_result pv_bitmap_put(pave_context *context, pv_bitmap *bitmap, int32_t y, const pv_bitmap *band);
 
-/* A part of the plane as a drawing that knows its place. */
+/* A part of the plane as a drawing that knows its place; beyond its borders the plane repeats. */
 pave_result pv_bitmap_cut(pave_context *context, const pv_bitmap *bitmap, int32_t x, int32_t y, int32_t width,
                           int32_t height, pave_image **out);
 

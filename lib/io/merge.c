@@ -22,7 +22,7 @@ typedef struct merge_part {
 } merge_part;
 
 typedef struct merge {
-    int32_t count, last; /* last: number of the stone before */
+    int32_t count, last, part; /* last, part: of the stone before */
     int32_t *heap;       /* parts, the one with the lowest number first */
     merge_part *parts;
     int32_t xy[2 * PV_STONE_CORNERS];
@@ -135,13 +135,15 @@ static pave_result merge_next(pave_context *context, pv_pile *pile, pv_stone *ou
     merge *m = pile->source;
     pave_result result = m->last == -2 ? merge_start(context, m) : PAVE_OK;
     merge_part *p = &m->parts[m->heap[0]];
-    *out = (pv_stone){ 0, 0, 0, m->xy };
+    *out = (pv_stone){ .xy = m->xy };
     if (!result && !p->chunk && p->number < INT32_MAX)
         result = look(context, p);
     if (result || p->number == INT32_MAX)
         return result;
-    if (p->number <= m->last)
+    out->part = p->chunk[p->begin + 5];
+    if (p->number < m->last || (p->number == m->last && out->part != (m->part + 1) % 256))
         return pv_fail(context, PAVE_ERR_FORMAT, "%s: stone %d comes twice", p->path, (int)p->number);
+    m->part = out->part;
     out->number = m->last = p->number;
     out->colour = p->chunk[p->begin + 4];
     out->corners = corners_at(p);
@@ -262,6 +264,20 @@ static int same_pavement(const pave_stones *head, const pv_stone_file_head *part
            pv_stones_file_same(part, &making);
 }
 
+/* Where windows straddle the borders of a plane that repeats, it is as if they had been cut along them. */
+static void fit_in_plane(pave_stones *head, double area)
+{
+    int whole = area >= (double)head->plane_width * head->plane_height;
+    if (head->field.periodic && (whole || head->width > head->plane_width)) {
+        head->x = 0;
+        head->width = head->plane_width;
+    }
+    if (head->field.periodic && (whole || head->height > head->plane_height)) {
+        head->y = 0;
+        head->height = head->plane_height;
+    }
+}
+
 static pave_result add_part(pave_context *context, const char *path, int32_t i, pv_pile *pile, double *area)
 {
     merge *m = pile->source;
@@ -295,6 +311,7 @@ pave_result pv_pile_open(pave_context *context, const char *const *paths, int32_
     for (int32_t i = 0; i < count && !result; i++)
         result = add_part(context, paths[i], i, out, &area);
     if (!result) {
+        fit_in_plane(&out->head, area);
         finish_report(&out->head);
         merge_rewind(out);
         if (area < (double)out->head.width * out->head.height)

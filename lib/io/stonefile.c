@@ -57,6 +57,7 @@ static void put_stone(pv_output *output, const pv_stone *stone)
     uint16_t corners = (uint16_t)stone->corners;
     memcpy(record, &stone->number, 4);
     record[4] = stone->colour;
+    record[5] = (uint8_t)stone->part;
     memcpy(record + 6, &corners, 2);
     pv_output_bytes(output, record, sizeof record);
     pv_output_bytes(output, stone->xy, (size_t)stone->corners * 2 * sizeof(int32_t));
@@ -112,17 +113,23 @@ int pv_stones_file_same(const pv_stone_file_head *head, const pv_making *making)
 }
 
 /* Does the window lie in the plane, and do the colours add up? */
+/* Does a window lie in the plane? In one that repeats it may lie across the border. */
+static int good_span(int32_t start, int32_t length, int32_t plane, int periodic)
+{
+    return plane <= 1 << 20 && start >= 0 && length > 0 && length <= plane && start <= plane - (periodic ? 1 : length);
+}
+
 static int good_head(const pv_stone_file_head *head)
 {
-    int64_t counted = 0, most = 1 << 20;
+    int64_t counted = 0;
+    int periodic = head->field.periodic;
     int good = head->count >= 0 && head->bytes >= head->count * (int64_t)PV_STONE_RECORD;
     for (int i = 0; i < 256 && good; i++) {
         good &= head->counts[i] >= 0 && head->counts[i] <= head->count;
         counted += head->counts[i];
     }
-    return good && counted == head->count && head->plane_width <= most && head->plane_height <= most && head->x >= 0 &&
-           head->y >= 0 && head->width > 0 && head->height > 0 && head->x <= head->plane_width - head->width &&
-           head->y <= head->plane_height - head->height;
+    return good && counted == head->count && good_span(head->x, head->width, head->plane_width, periodic) &&
+           good_span(head->y, head->height, head->plane_height, periodic);
 }
 
 static pave_result check_head(const pv_stone_file_head *head, int64_t size, const char **reason)

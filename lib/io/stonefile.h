@@ -1,5 +1,6 @@
 /* Stones in a binary file: a head of PV_STONE_FILE_HEAD bytes, then for each stone, in the order of their numbers,
- * int32 number, uint8 colour, uint8 0, uint16 corners, and the corners' int32 x and y in 1/1000 px; little endian. */
+ * int32 number, uint8 colour, uint8 part (of a stone that was cut), uint16 corners, and the corners' int32 x and y in
+ * 1/1000 px; little endian. */
 #pragma once
 
 #include "stones/stones.h"

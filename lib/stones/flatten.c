@@ -16,7 +16,7 @@ typedef struct request {
     double width; /* of the corner, pv_corner_width */
     int32_t ring; /* -1: nobody asks */
     int32_t busy; /* a thread is looking */
-    pv_point target;
+    pv_point way;
 } request;
 
 enum { MOST_CORNERS = 256 }; /* longer rings come from broken cells and are left as they are */
@@ -67,30 +67,30 @@ static int32_t widest(const pv_mesh *mesh, const ring *r, double limit, double *
     return best;
 }
 
-/* The foot of the perpendicular on the line between the neighbours, away from their ends. */
-static pv_point foot(const pv_mesh *mesh, const ring *r, int32_t i)
+/* The way to the foot of the perpendicular on the line between the neighbours, away from their ends. */
+static pv_point way_to_foot(const pv_mesh *mesh, const ring *r, int32_t i)
 {
     pv_point a = mesh->vertex[r->corner[step(r, i, -1)]], p = mesh->vertex[r->corner[i]],
              b = mesh->vertex[r->corner[step(r, i, 1)]];
     double dx = b.x - a.x, dy = b.y - a.y, square = dx * dx + dy * dy;
     if (!(square > 0))
-        return p;
+        return (pv_point){ 0, 0 };
     double t = ((p.x - a.x) * dx + (p.y - a.y) * dy) / square;
     t = t < 0.1 ? 0.1 : t < 0.9 ? t : 0.9;
-    return (pv_point){ a.x + t * dx, a.y + t * dy };
+    return (pv_point){ a.x - p.x + t * dx, a.y - p.y + t * dy };
 }
 
 /* The widest corner gets the vertex, and the lower ring among equals, whoever comes first. */
 static void ask(const pv_mesh *mesh, const ring *r, int32_t i, double width, request *requests)
 {
     request *q = &requests[r->corner[i]];
-    pv_point target = foot(mesh, r, i);
+    pv_point way = way_to_foot(mesh, r, i);
     while (__atomic_exchange_n(&q->busy, 1, __ATOMIC_ACQUIRE))
         sched_yield();
     if (q->ring < 0 || q->width < width || (q->width == width && q->ring > r->index)) {
         q->width = width;
         q->ring = r->index;
-        q->target = target;
+        q->way = way;
     }
     __atomic_store_n(&q->busy, 0, __ATOMIC_RELEASE);
 }
@@ -152,8 +152,8 @@ static void grant_some(void *data, int32_t begin, int32_t end, int32_t worker)
         request *q = &job->requests[v];
         if (q->ring >= 0) {
             mesh->owner[v] = q->ring;
-            mesh->vertex[v].x += STEP * (q->target.x - mesh->vertex[v].x);
-            mesh->vertex[v].y += STEP * (q->target.y - mesh->vertex[v].y);
+            mesh->vertex[v].x += pv_way(STEP * q->way.x);
+            mesh->vertex[v].y += pv_way(STEP * q->way.y);
         }
         q->ring = -1;
     }

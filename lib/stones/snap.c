@@ -47,11 +47,13 @@ static double limit(double v, double low, double high)
     return v < low ? low : v < high ? v : high;
 }
 
-/* Newton's steps down the distance; vertices on the border of the plane stay on it. */
+/* Newton's steps down the distance; vertices on the border of the plane stay on it, if it has one. */
 static pv_point to_edge(const terrain *t, pv_point p)
 {
-    double width = t->drawing->place.width, height = t->drawing->place.height;
-    int fixed_x = p.x <= 0 || p.x >= width, fixed_y = p.y <= 0 || p.y >= height;
+    int repeats = t->field->params.periodic;
+    double width = repeats ? INFINITY : t->drawing->place.width, height = repeats ? INFINITY : t->drawing->place.height;
+    double least = repeats ? -INFINITY : 0;
+    int fixed_x = p.x <= least || p.x >= width, fixed_y = p.y <= least || p.y >= height;
     for (int i = 0; i < STEPS; i++) {
         double d, gx, gy;
         if (!sample(t, p, &d, &gx, &gy))
@@ -62,8 +64,8 @@ static pv_point to_edge(const terrain *t, pv_point p)
         if (square < 0.05)
             return p;
         double way = -d / (square > 1 ? square : sqrt(square));
-        p.x = limit(p.x + way * gx, 0, width);
-        p.y = limit(p.y + way * gy, 0, height);
+        p.x = limit(p.x + pv_way(way * gx), least, width);
+        p.y = limit(p.y + pv_way(way * gy), least, height);
     }
     return p;
 }

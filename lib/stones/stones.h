@@ -5,6 +5,8 @@
 
 #include <pave/stones.h>
 
+#include <math.h>
+
 extern const pv_table pv_stones_table, pv_measure_table;
 
 struct pave_stones {
@@ -41,6 +43,13 @@ typedef struct pv_mesh {
     int32_t *corner;
 } pv_mesh;
 
+/* What a vertex is moved by, on a grid so fine that it does not tell and so coarse that adding is exact: then copies of
+ * a stone, far from each other in a plane that repeats, go the same ways. */
+static inline double pv_way(double way)
+{
+    return floor(way * 1048576 + 0.5) / 1048576;
+}
+
 enum { PV_RINGS = 512 }; /* done by a thread at a time */
 
 /* trace.c: finds the vertices of a label image and puts them in cyclic order around each label. */
@@ -60,6 +69,9 @@ pave_result pv_mesh_snap(pave_context *context, const pave_image *drawing, const
 /* isolate.c: the window's stones, each by itself; `out` has its window and parameters set. */
 pave_result pv_stones_isolate(pave_context *context, const pave_image *drawing, const pave_cvd *cvd,
                               const pv_mesh *mesh, pave_stones *out);
+
+/* cut.c: cuts stones along the borders of the plane's periods and moves all parts into the first. */
+pave_result pv_stones_cut(pave_context *context, pave_stones *stones);
 
 /* count.c: counts and areas of finished stones. */
 void pv_stones_count(const pave_cvd *cvd, const pv_mesh *mesh, pave_stones *stones);

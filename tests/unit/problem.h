@@ -73,7 +73,7 @@ static inline problem pose(int32_t width, int32_t height, double h, int kind, in
     p.homes = calloc((size_t)n, sizeof *p.homes);
     for (int32_t i = 0; i < n; i++) {
         place(&p, kind, i, n, &p.sites[i]);
-        p.homes[i] = (pv_home){ p.sites[i].x / p.plane.cell, p.sites[i].y / p.plane.cell, i % 64 };
+        p.homes[i] = (pv_home){ p.sites[i].x / p.plane.cell, p.sites[i].y / p.plane.cell, i % 64, 0 };
     }
     p.plane.sites = n;
     p.plane.start = p.sites;

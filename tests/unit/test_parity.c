@@ -192,7 +192,7 @@ static void compare_odd(spread how, int32_t count, double h, int32_t greatest)
         start[i].half_y = draw(greatest + 1);
         if (how == COPIES && i)
             start[i] = start[draw(i)];
-        home[i] = (pv_home){ start[i].x / plane.cell, start[i].y / plane.cell, i % 64 };
+        home[i] = (pv_home){ start[i].x / plane.cell, start[i].y / plane.cell, i % 64, 0 };
         pv_site_turn(&plane, &start[i]);
     }
     plane.start = start;
@@ -237,10 +237,11 @@ static void test_noise_cell_is_only_a_memory(void **state)
 {
     (void)state;
     pv_noise_cell kept = { .known = 0 };
+    pv_lattice waves = pv_lattice_of(8192, 0);
     for (int32_t i = 0; i < 20000; i++) {
         int32_t x = draw(1 << 14), y = draw(1 << 14);
         pv_noise_cell fresh = { .known = 0 };
-        assert_int_equal(pv_noise(&kept, 5, x, y, 8192), pv_noise(&fresh, 5, x, y, 8192));
+        assert_int_equal(pv_noise(&kept, 5, &waves, &waves, x, y), pv_noise(&fresh, 5, &waves, &waves, x, y));
     }
 }
 

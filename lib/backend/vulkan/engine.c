@@ -186,6 +186,8 @@ pave_result pv_vk_engine_step(pave_context *context, void *engine, int32_t itera
         result = label_all(&p, NULL);
     if (!result)
         result = pv_vk_over(&p, PV_VK_RELAX, e->plane.sites, PV_VK_GROUP, SITE_COST);
+    if (!result && e->copies)
+        result = pv_vk_over(&p, PV_VK_COPY, e->plane.sites, PV_VK_GROUP, SITE_COST / 4.0);
     if (!result)
         result = pv_vk_submit(&p);
     pv_vk_totals t = { 0 };
@@ -195,6 +197,7 @@ pave_result pv_vk_engine_step(pave_context *context, void *engine, int32_t itera
     out->moved = t.moved;
     out->way = (int64_t)t.way;
     out->radius = (int32_t)t.radius;
+    out->stray = (int32_t)t.stray;
     return result;
 }
 
@@ -232,7 +235,8 @@ static pv_vk_parameters describe(const pv_plane *plane, int32_t capacity)
 {
     return (pv_vk_parameters){
         .width = plane->width, .height = plane->height, .sites = plane->sites,
-        .origin_x = plane->origin_x, .origin_y = plane->origin_y, .cell = plane->cell,
+        .origin_x = plane->origin_x, .origin_y = plane->origin_y, .period_x = plane->period_x,
+        .period_y = plane->period_y, .cell = plane->cell,
         .across = (int32_t)pv_ceil_div(256 * (int64_t)plane->width, plane->cell),
         .down = (int32_t)pv_ceil_div(256 * (int64_t)plane->height, plane->cell),
         .tiles_across = (int32_t)pv_ceil_div(plane->width, TILE), .reach = pv_plane_reach(plane), .capacity = capacity,
@@ -296,6 +300,7 @@ pave_result pv_vk_engine_open(pave_context *context, pv_vk_engine *e, const pv_p
                        "%d x %d px are beyond the 2^28 px of the Vulkan engines; lay them in windows",
                        (int)plane->width, (int)plane->height);
     e->plane = describe(plane, capacity);
+    e->copies = plane->copies;
     e->tiles = e->plane.tiles_across * (int32_t)pv_ceil_div(plane->height, TILE);
     e->site_budget = e->label_budget = FIRST_BUDGET;
     e->label = label;
