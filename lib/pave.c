@@ -27,6 +27,7 @@ static const pv_table *find_table(int32_t table)
     case PAVE_PARAMS_CVD: return &pv_cvd_table;
     case PAVE_PARAMS_STONES: return &pv_stones_table;
     case PAVE_PARAMS_STREAM: return &pv_stream_table;
+    case PAVE_PARAMS_MEASURE: return &pv_measure_table;
     default: return NULL;
     }
 }
@@ -114,10 +115,10 @@ static pave_result run_stages(pave_context *context, const pave_image *image, co
     pv_call_end(context, call);
     if (result)
         return result;
-    pave_measure *measure = &work->stones->measure;
-    measure->seconds_field = after_field - start;
-    measure->seconds_cvd = after_cvd - after_field;
-    measure->seconds_stones = pv_seconds() - after_cvd;
+    pave_report *report = &work->stones->report;
+    report->seconds_field = after_field - start;
+    report->seconds_cvd = after_cvd - after_field;
+    report->seconds_stones = pv_seconds() - after_cvd;
     const pave_stones *s = work->stones;
     if (!pv_is_whole(&(pv_place){ s->x, s->y, s->plane_width, s->plane_height }, s->width, s->height))
         result = hash_drawing(context, work);

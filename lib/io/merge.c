@@ -206,17 +206,17 @@ static void add_counts(int64_t *sum, const int64_t *counts, int32_t n)
         sum[i] += counts[i];
 }
 
-/* Adds a part's measure; areas are kept as sums until all are there. */
-static void add_measure(pave_measure *sum, const pave_measure *part)
+/* Adds a part's report; areas are kept as sums until all are there. */
+static void add_report(pave_report *sum, const pave_report *part)
 {
     double n = part->stones, mean = part->area_mean, deviation = part->area_deviation;
     sum->sites += part->sites;
     sum->stones += part->stones;
     sum->lost += part->lost;
     sum->repaired += part->repaired;
-    add_counts(sum->corners_before, part->corners_before, PAVE_MEASURE_BINS);
-    add_counts(sum->corners_after, part->corners_after, PAVE_MEASURE_BINS);
-    add_counts(sum->areas, part->areas, PAVE_MEASURE_BINS);
+    add_counts(sum->corners_before, part->corners_before, PAVE_REPORT_BINS);
+    add_counts(sum->corners_after, part->corners_after, PAVE_REPORT_BINS);
+    add_counts(sum->areas, part->areas, PAVE_REPORT_BINS);
     sum->area_mean += n * mean;
     sum->area_deviation += n * (mean * mean + deviation * deviation);
     sum->seconds_field += part->seconds_field;
@@ -224,9 +224,9 @@ static void add_measure(pave_measure *sum, const pave_measure *part)
     sum->seconds_stones += part->seconds_stones;
 }
 
-static void finish_measure(pave_stones *head)
+static void finish_report(pave_stones *head)
 {
-    pave_measure *m = &head->measure;
+    pave_report *m = &head->report;
     double n = m->stones ? m->stones : 1, area = m->area_mean, mean = area / n;
     double variance = m->area_deviation / n - mean * mean;
     m->area_mean = mean;
@@ -243,11 +243,11 @@ static void begin_head(pave_stones *head, const pv_stone_file_head *part)
     head->drawing = part->drawing;
     head->plane_width = part->plane_width;
     head->plane_height = part->plane_height;
-    head->measure.size = sizeof head->measure;
-    head->measure.area_step = part->measure.area_step;
-    head->measure.half_side = part->measure.half_side;
-    head->measure.steps = part->measure.steps;
-    head->measure.movement = -1;
+    head->report.size = sizeof head->report;
+    head->report.area_step = part->report.area_step;
+    head->report.half_side = part->report.half_side;
+    head->report.steps = part->report.steps;
+    head->report.movement = -1;
     head->cvd = part->cvd;
     memset(head->cvd.window, 0, sizeof head->cvd.window);
     head->params = part->stones;
@@ -292,7 +292,7 @@ static pave_result add_part(pave_context *context, const char *path, int32_t i, 
     if (head.count > INT32_MAX - pile->head.count)
         return pv_fail(context, PAVE_ERR_LIMIT, "%s: with it there are more than 2^31 stones", path);
     unite(&pile->head, &head);
-    add_measure(&pile->head.measure, &head.measure);
+    add_report(&pile->head.report, &head.report);
     add_counts(pile->counts, head.counts, 256);
     *area += (double)head.width * head.height;
     pile->head.count += head.count;
@@ -312,7 +312,7 @@ pave_result pv_pile_open(pave_context *context, const char *const *paths, int32_
         result = add_part(context, paths[i], i, out, &area);
     if (!result) {
         fit_in_plane(&out->head, area);
-        finish_measure(&out->head);
+        finish_report(&out->head);
         merge_rewind(out);
         if (area < (double)out->head.width * out->head.height)
             pv_note(context, PAVE_MESSAGE_WARNING, "the windows do not fill %d x %d px: some are missing",

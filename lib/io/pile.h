@@ -13,7 +13,7 @@ typedef struct pv_stone {
 } pv_stone;
 
 typedef struct pv_pile {
-    pave_stones head;    /* window, measure and parameters; of its arrays only those in memory are set */
+    pave_stones head;    /* window, report and parameters; of its arrays only those in memory are set */
     int64_t counts[256]; /* stones of each colour */
     pave_result (*next)(pave_context *context, struct pv_pile *pile, pv_stone *out);
     void (*rewind)(struct pv_pile *pile);

@@ -19,7 +19,7 @@ _Static_assert(sizeof(pv_stone_file_head) <= PV_STONE_FILE_HEAD, "the head has o
 static void set_sizes(int32_t *sizes)
 {
     sizes[0] = sizeof(pv_stone_file_head);
-    sizes[1] = sizeof(pave_measure);
+    sizes[1] = sizeof(pave_report);
     sizes[2] = sizeof(pave_cvd_params);
     sizes[3] = sizeof(pave_stones_params);
     sizes[4] = sizeof(pave_threshold_params);
@@ -42,7 +42,7 @@ static void fill_head(const pv_pile *pile, int64_t bytes, pv_stone_file_head *he
     head->count = s->count;
     head->bytes = bytes;
     memcpy(head->counts, pile->counts, sizeof head->counts);
-    head->measure = s->measure;
+    head->report = s->report;
     head->cvd = s->cvd;
     head->stones = s->params;
     head->field = s->field;

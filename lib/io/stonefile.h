@@ -17,7 +17,7 @@ typedef struct pv_stone_file_head {
     int64_t bytes; /* of the records */
     uint64_t drawing; /* its hash; 0 if only the whole was laid */
     int64_t counts[256]; /* stones of each colour */
-    pave_measure measure;
+    pave_report report;
     pave_cvd_params cvd;
     pave_stones_params stones;
     pave_field_params field;

@@ -332,7 +332,7 @@ pave_result pv_stones_isolate(pave_context *context, const pave_image *drawing, 
         close_ranks(&job);
     if (!result && cvd->shifts)
         result = sort_stones(context, out);
-    out->measure.repaired = job.repaired;
+    out->report.repaired = job.repaired;
     pv_release(job.corners);
     return result;
 }

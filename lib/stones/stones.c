@@ -43,7 +43,7 @@ static pave_result make(pave_context *context, const pave_image *drawing, const 
     if (!result)
         result = pv_stones_isolate(context, drawing, cvd, &mesh, stones);
     if (!result)
-        pv_stones_measure(cvd, &mesh, stones);
+        pv_stones_count(cvd, &mesh, stones);
     if (!result && cvd->repeats && stones->params.border == PAVE_BORDER_CUT)
         result = pv_stones_cut(context, stones);
     pv_mesh_free(&mesh);
@@ -131,9 +131,9 @@ static pave_result make_stones(pave_context *context, const pave_image *drawing,
     stones->plane_height = cvd->place.height;
     stones->width = cvd->window.width;
     stones->height = cvd->window.height;
-    stones->measure.size = sizeof stones->measure;
-    stones->measure.steps = cvd->steps;
-    stones->measure.movement = cvd->movement;
+    stones->report.size = sizeof stones->report;
+    stones->report.steps = cvd->steps;
+    stones->report.movement = cvd->movement;
     stones->cvd = cvd->params;
     stones->params = *params;
     stones->field = field->params;

@@ -7,7 +7,7 @@
 
 #include <math.h>
 
-extern const pv_table pv_stones_table;
+extern const pv_table pv_stones_table, pv_measure_table;
 
 struct pave_stones {
     int32_t x, y, width, height; /* of the window */
@@ -18,7 +18,7 @@ struct pave_stones {
     double *vertices;
     uint8_t *colours;
     int32_t *sites;
-    pave_measure measure;
+    pave_report report;
     pave_cvd_params cvd; /* how it was made, for the report */
     pave_stones_params params;
     pave_field_params field;
@@ -73,8 +73,8 @@ pave_result pv_stones_isolate(pave_context *context, const pave_image *drawing, 
 /* cut.c: cuts stones along the borders of the plane's periods and moves all parts into the first. */
 pave_result pv_stones_cut(pave_context *context, pave_stones *stones);
 
-/* measure.c: counts and areas of finished stones. */
-void pv_stones_measure(const pave_cvd *cvd, const pv_mesh *mesh, pave_stones *stones);
+/* count.c: counts and areas of finished stones. */
+void pv_stones_count(const pave_cvd *cvd, const pv_mesh *mesh, pave_stones *stones);
 
 /* How much deeper than where its labels begin to be exact a diagram's window must lie for its stones to be those of
  * the whole, and how much deeper it lies; both px. */
