@@ -279,10 +279,18 @@ pave_result pv_cpu_relax(pave_context *context, pv_cpu *cpu, int32_t iteration, 
     return result;
 }
 
+void pv_cpu_watch(pv_cpu *cpu, int32_t deep)
+{
+    const pv_plane *p = &cpu->plane;
+    cpu->watch = (pv_watch){ p->open & PV_LEFT ? deep : 0, p->open & PV_TOP ? deep : 0,
+                             p->width - (p->open & PV_RIGHT ? deep : 0), p->height - (p->open & PV_BOTTOM ? deep : 0) };
+}
+
 static pave_result cpu_step(pave_context *context, void *engine, int32_t iteration, double from, double to,
                             pv_step *out)
 {
     double middle = from + 0.9 * (to - from);
+    pv_cpu_watch(engine, out->deep);
     pave_result result = label_all(context, engine, NULL, from, middle, &out->radius);
     return result ? result : pv_cpu_relax(context, engine, iteration, middle, to, out);
 }

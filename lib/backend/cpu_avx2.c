@@ -378,11 +378,16 @@ int32_t pv_label_row_avx2(const pv_cpu *cpu, int32_t ty, pv_sum *sums, int32_t *
     t.farthest = _mm256_setzero_si256();
     t.y0 = ty * PV_TILE;
     t.margin = first_margin(cpu);
-    for (t.x0 = 0; t.x0 < cpu->plane.width; t.x0 += PV_TILE)
+    for (t.x0 = 0; t.x0 < cpu->plane.width; t.x0 += PV_TILE) {
+        __m256i before = t.farthest;
+        int counts = pv_watched(cpu, t.x0, t.y0);
         if (!label_tile(cpu, &t, sums, labels)) {
-            radius = max(radius, pv_label_tile_portable(cpu, t.x0, t.y0, sums, labels));
+            int32_t here = pv_label_tile_portable(cpu, t.x0, t.y0, sums, labels);
+            radius = counts ? max(radius, here) : radius;
             t.margin = first_margin(cpu);
         }
+        t.farthest = counts ? t.farthest : before;
+    }
     int32_t squares[PV_LANES];
     store(squares, t.farthest);
     for (int i = 0; i < PV_LANES; i++)

@@ -126,7 +126,7 @@ static void run(engine *e, const pv_plane *plane, const char *path)
     if (e->backend->open(e->context, plane, &state, e->name))
         fail(e->context, e->spec);
     for (int32_t i = 0; i < STEPS; i++) {
-        pv_step step;
+        pv_step step = { .deep = 0 };
         double since = pv_seconds();
         if (e->backend->step(e->context, state, i, 0, 1, &step))
             fail(e->context, e->spec);
