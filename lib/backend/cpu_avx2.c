@@ -48,7 +48,8 @@ typedef struct tile {
     int32_t count, bits;                /* candidates; what their ranks take */
     int32_t found[SLOTS + PV_LANES];    /* their places in the columns */
     int32_t unsorted[SLOTS + PV_LANES]; /* their indices */
-    int32_t place[SLOTS + 1], index[SLOTS + 1]; /* both again, by rank */
+    int32_t place[SLOTS + 1];           /* both again, by rank; and what has none */
+    int32_t index[SLOTS + 1];
     __m256i owner[PV_TILE];             /* each pixel's rank, row by row */
 } tile;
 
@@ -222,38 +223,28 @@ static inline void list(const pv_cpu *cpu, tile *t, __m128i bounds)
     }
 }
 
-/* How many of eight indices are lower than each. */
-static inline __m256i ranks_of(const int32_t *indices)
+/* Of eight indices, how many of `count` others are lower. */
+static inline __m256i ranks_of(__m256i v, const int32_t *others, int32_t count)
 {
-    __m256i v = load(indices), rank = _mm256_setzero_si256();
-    for (int i = 0; i < PV_LANES; i++)
-        rank = _mm256_sub_epi32(rank, _mm256_cmpgt_epi32(v, broadcast(indices + i)));
+    __m256i rank = _mm256_setzero_si256();
+    for (int32_t k = 0; k < count; k += PV_LANES)
+        for (int32_t i = k; i < k + PV_LANES; i++)
+            rank = _mm256_sub_epi32(rank, _mm256_cmpgt_epi32(v, broadcast(others + i)));
     return rank;
 }
 
-/* Ranks the candidates by index: each one's place is the number of lower indices. What is no candidate ranks after
- * them all. */
+/* Ranks the candidates by index: each one's place is the number of lower indices. What fills the last vector up ranks
+ * after them all. */
 static inline void sort(tile *t)
 {
     int32_t rank[PV_LANES];
     store(t->unsorted + t->count, _mm256_set1_epi32(INT32_MAX));
-    if (t->count <= PV_LANES) {
-        store(rank, ranks_of(t->unsorted));
-        for (int32_t k = 0; k < PV_LANES; k++) {
-            t->index[rank[k]] = t->unsorted[k];
-            t->place[rank[k]] = t->found[k];
+    for (int32_t k = 0; k < t->count; k += PV_LANES) {
+        store(rank, ranks_of(load(t->unsorted + k), t->unsorted, t->count));
+        for (int32_t i = 0; i < PV_LANES; i++) {
+            t->index[rank[i]] = t->unsorted[k + i];
+            t->place[rank[i]] = t->found[k + i];
         }
-        return;
-    }
-    for (int32_t k = 0; k < t->count; k++) {
-        __m256i index = broadcast(t->unsorted + k);
-        int32_t at = 0;
-        for (int32_t j = 0; j < t->count; j += PV_LANES) {
-            __m256i lower = _mm256_cmpgt_epi32(index, load(t->unsorted + j));
-            at += _mm_popcnt_u32((uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(lower)));
-        }
-        t->index[at] = t->unsorted[k];
-        t->place[at] = t->found[k];
     }
 }
 
