@@ -122,6 +122,7 @@ pave_result pv_cpu_open(pave_context *context, const pv_plane *plane, pv_label_r
     cpu->across = (int32_t)pv_ceil_div(256 * (int64_t)plane->width, cpu->bucket);
     cpu->down = (int32_t)pv_ceil_div(256 * (int64_t)plane->height, cpu->bucket);
     cpu->buckets = (int64_t)cpu->across * cpu->down;
+    cpu->per_bucket = (uint64_t)pv_ceil_div((int64_t)1 << 32, cpu->bucket);
     cpu->parts = cpu->workers < MOST_PARTS ? cpu->workers : MOST_PARTS;
     cpu->reach = pv_plane_reach(plane);
     fill_squeeze(cpu->squeeze);

@@ -37,6 +37,7 @@ struct pv_cpu {
     /* Sites sorted into square buckets, row by row: bucket k has the places first[k] .. first[k+1]-1. */
     int32_t bucket, across, down; /* side in 1/256 px, buckets in x and y */
     int64_t buckets;
+    uint64_t per_bucket; /* 2^32 / bucket, rounded up */
     int32_t reach; /* the greatest distance from a site to the corner of its box */
     int32_t *first;
     int32_t *index;     /* which site, in sorted order */
