@@ -47,6 +47,8 @@ static pave_result read_params(pv_stream *s, const pave_lay_params *given)
     const pave_lay_params *params = given ? given : &none;
     pave_result result = pv_params_read(context, &pv_threshold_table, params->threshold, &s->plan.threshold);
     if (!result)
+        result = pv_params_read(context, &pv_palette_table, params->palette, &s->plan.palette);
+    if (!result)
         result = pv_params_read(context, &pv_field_table, params->field, &s->plan.field);
     if (!result)
         result = pv_params_read(context, &pv_cvd_table, params->cvd, &s->plan.cvd);
@@ -111,7 +113,7 @@ static int is_done(const pv_stream *s, const char *path, const pv_rect *w)
     if (s->plan.cvd.stones) /* follows from it */
         head.cvd.half_side = s->plan.cvd.half_side;
     const pv_manifest *plan = &s->plan;
-    pv_making making = { plan->hash, &plan->threshold, &plan->field, &plan->cvd, &plan->stones };
+    pv_making making = { plan->hash, &plan->threshold, &plan->palette, &plan->field, &plan->cvd, &plan->stones };
     return head.x == w->x && head.y == w->y && head.width == w->width && head.height == w->height &&
            pv_stones_file_same(&head, &making);
 }

@@ -63,8 +63,16 @@ PAVE_API const int64_t *pave_stones_starts(const pave_stones *stones);
 /* x, y of every vertex in the plane, px, counter-clockwise as seen (y grows down), each a multiple of 1/1000 px. */
 PAVE_API const double *pave_stones_vertices(const pave_stones *stones);
 
-/* Colour of each stone: the drawing's pixel value at the stone's centroid, 0 black ... 255 white. */
+/* Colour of each stone: the drawing's pixel value at the stone's centroid: 0 black, 255 white, or an entry of the
+ * palette. */
 PAVE_API const uint8_t *pave_stones_colours(const pave_stones *stones);
+
+/* The palette of the stones; its count is 0 where they are black and white. */
+PAVE_API const pave_palette *pave_stones_palette(const pave_stones *stones);
+
+/* Colour of each stone as r, g, b, display values, for stones that have colours of their own, as from an SVG file;
+ * NULL for those that were laid. */
+PAVE_API const uint8_t *pave_stones_rgb(const pave_stones *stones);
 
 /* Site of each stone: its number in the whole plane. Ascending; polygons of the same number are parts of one stone that
  * was cut (PAVE_BORDER_CUT). */

@@ -87,7 +87,7 @@ static pave_result write_preview(pave_context *context, pv_pile *pile, const cha
 
 static pave_result write_report(pave_context *context, pv_pile *pile, const char *path)
 {
-    return pv_report_write(context, &pile->head, path);
+    return pv_report_write(context, pile, path);
 }
 
 static const struct { const char *ending; pile_writer *write; } stones_formats[] = {

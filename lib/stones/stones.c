@@ -138,6 +138,9 @@ static pave_result make_stones(pave_context *context, const pave_image *drawing,
     stones->params = *params;
     stones->field = field->params;
     pave_threshold_params_init(&stones->threshold, sizeof stones->threshold);
+    pave_palette_params_init(&stones->palette, sizeof stones->palette);
+    stones->palette.colours = drawing->palette.count;
+    stones->palette.palette = drawing->palette;
     stones->backend = cvd->backend;
     memcpy(stones->backend_name, cvd->backend_name, sizeof stones->backend_name);
     pv_call call = pv_call_begin(context, "stones", 0, 1);
@@ -179,6 +182,7 @@ void pave_stones_free(pave_stones **stones)
     pv_release((*stones)->vertices);
     pv_release((*stones)->colours);
     pv_release((*stones)->sites);
+    pv_release((*stones)->rgb);
     pv_release(*stones);
     *stones = NULL;
 }
@@ -191,4 +195,6 @@ int32_t pave_stones_count(const pave_stones *stones) { return stones->count; }
 const int64_t *pave_stones_starts(const pave_stones *stones) { return stones->starts; }
 const double *pave_stones_vertices(const pave_stones *stones) { return stones->vertices; }
 const uint8_t *pave_stones_colours(const pave_stones *stones) { return stones->colours; }
+const pave_palette *pave_stones_palette(const pave_stones *stones) { return &stones->palette.palette; }
+const uint8_t *pave_stones_rgb(const pave_stones *stones) { return stones->rgb; }
 const int32_t *pave_stones_sites(const pave_stones *stones) { return stones->sites; }

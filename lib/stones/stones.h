@@ -18,11 +18,13 @@ struct pave_stones {
     double *vertices;
     uint8_t *colours;
     int32_t *sites;
+    uint8_t *rgb; /* r, g, b of each stone, where that is all that is known of its colour; else NULL */
     pave_report report;
     pave_cvd_params cvd; /* how it was made, for the report */
     pave_stones_params params;
     pave_field_params field;
     pave_threshold_params threshold;
+    pave_palette_params palette; /* its count is 0: black and white */
     int32_t backend;
     char backend_name[128];
 };
