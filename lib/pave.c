@@ -104,7 +104,11 @@ static pave_result make_drawing(pave_context *context, const pave_image *image, 
 static pave_result hash_drawing(pave_context *context, lay_work *work)
 {
     pv_bitmap bitmap;
-    pave_result result = pv_bitmap_create(context, work->drawing->width, work->drawing->height, &bitmap);
+    if (work->drawing->palette.count) {
+        work->stones->drawing = work->drawing->hash;
+        return PAVE_OK;
+    }
+    pave_result result = pv_bitmap_create(context, work->drawing->width, work->drawing->height, 1, &bitmap);
     if (result)
         return result;
     pv_bitmap_store(&bitmap, 0, 0, work->drawing);

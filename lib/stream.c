@@ -141,7 +141,8 @@ static pave_result lay_region(pv_stream *s, pv_rect window, int32_t *margin, pav
     int32_t needed = 0;
     pave_cvd_params params = s->plan.cvd;
     memcpy(params.window, &window, sizeof params.window);
-    pave_result result = pv_bitmap_cut(context, &s->drawing, region.x, region.y, region.width, region.height, &drawing);
+    pave_result result = pv_drawing_cut(context, &s->drawing, &s->plan.palette.palette, region.x, region.y,
+                                        region.width, region.height, &drawing);
     if (!result)
         result = pave_field_create(context, drawing, &s->plan.field, &field);
     if (!result)
@@ -238,8 +239,17 @@ static void remove_parts(const pv_stream *s)
 
 pave_result pv_stream_read(pv_stream *s, const char *drawing, pv_room room, double to, uint64_t *hash)
 {
-    pv_call call = pv_call_begin(s->context, "read", 0, to);
-    pave_result result = pv_drawing_read(s->context, drawing, &s->plan.threshold, &room, &s->drawing);
+    pave_palette_params *p = &s->plan.palette;
+    pave_result result = PAVE_OK;
+    int finds = p->colours && !p->palette.count;
+    pv_call call = pv_call_begin(s->context, "read", 0, finds ? to / 2 : 0);
+    if (finds)
+        result = pv_palette_read(s->context, drawing, p->colours, &room, &p->palette);
+    pv_call_end(s->context, call);
+    p->colours = p->palette.count; /* as a drawing in memory has it */
+    call = pv_call_begin(s->context, "read", finds ? to / 2 : 0, to);
+    if (!result)
+        result = pv_drawing_read(s->context, drawing, &s->plan.threshold, &p->palette, &room, &s->drawing);
     if (!result)
         result = pv_bitmap_hash(s->context, &s->drawing, hash);
     pv_call_end(s->context, call);

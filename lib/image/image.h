@@ -26,7 +26,8 @@ struct pave_image {
     pv_place place;
     char names[PV_MOST_CHANNELS][PV_CHANNEL_NAME];
     void *pixels;
-    pave_palette palette; /* of a drawing whose pixels are its entries */
+    pave_palette palette; /* of a drawing whose pixels are its entries, */
+    uint64_t hash;        /* and its name */
 };
 
 /* A part of the plane, wherever it lies, from a drawing that is the whole of it and repeats beyond it. */

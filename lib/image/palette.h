@@ -1,6 +1,7 @@
 /* Colours of flat-coloured drawings from inside. */
 #pragma once
 
+#include "image/bitmap.h"
 #include "image/pixel.h"
 
 /* How often each colour comes, gathered pixel by pixel in any order and in any parts: the palette found is the same. */
@@ -29,6 +30,9 @@ uint8_t pv_nearest_entry(const pv_codebook *book, pv_rgb colour);
 /* Codes of an image's pixels, each by itself; as many bytes. */
 pave_result pv_encode(pave_context *context, const pv_codebook *book, const pave_image *image, uint8_t *codes);
 
+/* The same as an image of one channel. */
+pave_result pv_encode_image(pave_context *context, const pv_codebook *book, const pave_image *image, pave_image **out);
+
 /* Codes of a plane, or of a part of it. */
 typedef struct pv_codes {
     int32_t width, height;
@@ -39,3 +43,7 @@ enum { PV_RESOLVE_REACH = 3 }; /* px around a pixel that tell its entry */
 
 /* The entry of the pixel at x, y of the codes, which must hold all of the plane within the reach. */
 uint8_t pv_resolve(const pv_codebook *book, const pv_codes *codes, int32_t x, int32_t y);
+
+/* A part of a plane that is kept as codes, or in black and white if the palette is empty, as a drawing. */
+pave_result pv_drawing_cut(pave_context *context, const pv_bitmap *bitmap, const pave_palette *palette, int32_t x,
+                           int32_t y, int32_t width, int32_t height, pave_image **out);
