@@ -8,6 +8,7 @@
 
 /* As near as this to an entry in OKLab (0.03) a pixel is of it. */
 enum { PURE = 490, ROWS = 16, CACHE = 1024 };
+enum { ROUNDING = 3 * 3 * 3 }; /* squared, of display values */
 
 static int32_t square(pv_rgb p, pv_rgb q)
 {
@@ -25,6 +26,28 @@ static void add_points(pv_codebook *book, pv_rgb a, pv_rgb b, int32_t points)
     for (int32_t i = 1; i <= points; i++)
         book->colour[book->codes++] = (pv_rgb){ between(a.r, b.r, i, points + 1), between(a.g, b.g, i, points + 1),
                                                 between(a.b, b.b, i, points + 1) };
+}
+
+static int32_t way_of(int32_t a, int32_t b)
+{
+    return b * (b - 1) / 2 + a;
+}
+
+static uint8_t mixed_light(const pv_oklab *tables, uint8_t a, uint8_t b, int32_t quarters)
+{
+    return pv_display_of(tables, ((int64_t)tables->light[a] * (4 - quarters) + (int64_t)tables->light[b] * quarters) / 4);
+}
+
+static void add_ways(pv_codebook *book)
+{
+    for (int32_t b = 1; b < book->entries; b++)
+        for (int32_t a = 0; a < b; a++)
+            for (int32_t q = 1; q <= 3; q++) {
+                pv_rgb p = book->colour[a], r = book->colour[b];
+                book->way[way_of(a, b)][q - 1] = (pv_rgb){ mixed_light(&book->tables, p.r, r.r, q),
+                                                           mixed_light(&book->tables, p.g, r.g, q),
+                                                           mixed_light(&book->tables, p.b, r.b, q) };
+            }
 }
 
 /* The nearest entry; the lower one among equals. */
@@ -64,6 +87,8 @@ pave_result pv_codebook_create(pave_context *context, const pave_palette *palett
     for (int32_t a = 0; a < book->entries; a++)
         for (int32_t b = a + 1; b < book->entries; b++)
             add_points(book, book->colour[a], book->colour[b], points);
+    if (book->codes > book->entries)
+        add_ways(book);
     for (int32_t c = 0; c < book->codes; c++)
         book->nearest[c] = nearest_entry(book, book->colour[c], &distance);
     return PAVE_OK;
@@ -117,37 +142,66 @@ pave_result pv_encode(pave_context *context, const pv_codebook *book, const pave
     return pv_parallel(context, (image->height + ROWS - 1) / ROWS, encode_rows, &e, 0, 0.5);
 }
 
-/* How far a colour is from the way between two others, squared, and whether it is nearer to the second one. */
-static double off_the_way(pv_rgb p, pv_rgb a, pv_rgb b, int *second)
+/* How far a colour is from the straight between two others, squared, and where along it is nearest, 0..1. */
+static double off_the_straight(pv_rgb p, pv_rgb a, pv_rgb b, double *where)
 {
     double along = (p.r - a.r) * (b.r - a.r) + (p.g - a.g) * (b.g - a.g) + (p.b - a.b) * (b.b - a.b);
     double length = square(a, b), t = length > 0 ? along / length : 0;
-    t = t < 0 ? 0 : t > 1 ? 1 : t;
-    *second = t > 0.5;
+    *where = t = t < 0 ? 0 : t > 1 ? 1 : t;
     return square(p, a) - 2 * t * along + t * t * length;
+}
+
+/* The same for the way between two entries, a < b: whichever is nearer of the straight, which mixtures of display
+ * values are on, and the bent one that mixtures of light are on; and whether it is more of b. */
+static double off_the_way(const pv_codebook *book, pv_rgb p, int32_t a, int32_t b, int *second)
+{
+    double t, least = off_the_straight(p, book->colour[a], book->colour[b], &t);
+    const pv_rgb *way = book->way[way_of(a, b)];
+    const pv_rgb bends[5] = { book->colour[a], way[0], way[1], way[2], book->colour[b] };
+    *second = t > 0.5;
+    for (int q = 0; q < 4; q++) {
+        double off = off_the_straight(p, bends[q], bends[q + 1], &t);
+        if (off + ROUNDING < least)
+            least = off, *second = q >= 2;
+    }
+    return least;
 }
 
 /* The code at a place; -1 beyond what there is. */
 static int32_t code_at(const pv_codes *codes, int32_t x, int32_t y)
 {
-    if (x < 0 || y < 0 || x >= codes->width || y >= codes->height)
+    if (x < codes->left || y < codes->top || x >= codes->right || y >= codes->bottom)
         return -1;
     return codes->code[(int64_t)y * codes->width + x];
 }
 
-enum { SLACK = 12 * 12 };
+enum { SLACK = 16 * 16, NEAR = PV_RESOLVE_REACH / 2 };
+
+/* The first entry from a pixel on one way, past mixtures; -1 if it is the pixel's own, or too far. */
+static int32_t look(const pv_codebook *book, const pv_codes *codes, int32_t x, int32_t y, int32_t dx, int32_t dy)
+{
+    int32_t own = code_at(codes, x, y);
+    for (int32_t i = 1; i <= NEAR; i++) {
+        int32_t code = code_at(codes, x + i * dx, y + i * dy);
+        if (code < 0 || code == own)
+            return -1;
+        if (code < book->entries)
+            return code;
+    }
+    return -1;
+}
 
 /* A pixel that is exactly of an entry is taken for an edge if it lies alone between two others that make it up. */
 static uint8_t resolve_entry(const pv_codebook *book, const pv_codes *codes, int32_t x, int32_t y, uint8_t code)
 {
     static const int32_t ways[4][2] = { { 1, 0 }, { 0, 1 }, { 1, 1 }, { 1, -1 } };
     for (int k = 0; k < 4; k++) {
-        int32_t p = code_at(codes, x - ways[k][0], y - ways[k][1]), q = code_at(codes, x + ways[k][0], y + ways[k][1]);
+        int32_t p = look(book, codes, x, y, -ways[k][0], -ways[k][1]), q = look(book, codes, x, y, ways[k][0], ways[k][1]);
         int second;
-        if (p < 0 || q < 0 || p >= book->entries || q >= book->entries || p == q || p == code || q == code)
+        if (p < 0 || q < 0 || p == q)
             continue;
         int32_t low = p < q ? p : q, high = p < q ? q : p;
-        if (off_the_way(book->colour[code], book->colour[low], book->colour[high], &second) <= SLACK)
+        if (off_the_way(book, book->colour[code], low, high, &second) <= SLACK)
             return (uint8_t)(second ? high : low);
     }
     return code;
@@ -160,10 +214,11 @@ static void gather(const pv_codebook *book, const pv_codes *codes, int32_t x, in
     for (int32_t dy = -radius; dy <= radius; dy++)
         for (int32_t dx = -radius; dx <= radius; dx += dy == -radius || dy == radius ? 1 : 2 * radius) {
             int32_t code = code_at(codes, x + dx, y + dy);
-            if (code < 0 || code >= book->entries || present[code])
+            if (code < 0 || code >= book->entries)
                 continue;
+            code = resolve_entry(book, codes, x + dx, y + dy, (uint8_t)code);
+            *count += !present[code];
             present[code] = 1;
-            ++*count;
         }
 }
 
@@ -176,7 +231,7 @@ static int32_t best_pair(const pv_codebook *book, const uint8_t *present, uint8_
     for (int32_t a = 0; a < book->entries; a++)
         for (int32_t b = a + 1; b < book->entries && present[a]; b++) {
             int second;
-            double off = present[b] ? off_the_way(p, book->colour[a], book->colour[b], &second) : least;
+            double off = present[b] ? off_the_way(book, p, a, b, &second) : least;
             if (off < least)
                 least = off, best = second ? b : a;
         }
@@ -187,9 +242,11 @@ uint8_t pv_resolve(const pv_codebook *book, const pv_codes *codes, int32_t x, in
 {
     uint8_t code = codes->code[(int64_t)y * codes->width + x], present[256] = { 0 };
     int32_t count = 0;
+    if (book->codes == book->entries)
+        return code;
     if (code < book->entries)
         return resolve_entry(book, codes, x, y, code);
-    for (int32_t radius = 1; radius <= PV_RESOLVE_REACH; radius++) {
+    for (int32_t radius = 1; radius <= NEAR; radius++) {
         gather(book, codes, x, y, radius, present, &count);
         int32_t found = count > 1 ? best_pair(book, present, code) : -1;
         if (found >= 0)

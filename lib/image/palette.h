@@ -13,12 +13,15 @@ pave_result pv_histogram_palette(pave_context *context, const pv_histogram *hist
                                  pave_palette *out);
 void pv_histogram_free(pv_histogram *histogram);
 
+enum { PV_WAYS = 22 * 21 / 2 }; /* with more entries there is no room for points between them */
+
 /* What a pixel's colour is kept as in a byte: an entry of the palette, or a point on the way between two of them. */
 typedef struct pv_codebook {
     int32_t entries, codes;
     pv_rgb colour[256];
     uint8_t nearest[256]; /* entry, in OKLab */
     pv_lab lab[256];      /* of the entries */
+    pv_rgb way[PV_WAYS][3]; /* a quarter, a half and three quarters of b in a, mixed as light; a < b */
     pv_oklab tables;
 } pv_codebook;
 
@@ -33,15 +36,16 @@ pave_result pv_encode(pave_context *context, const pv_codebook *book, const pave
 /* The same as an image of one channel. */
 pave_result pv_encode_image(pave_context *context, const pv_codebook *book, const pave_image *image, pave_image **out);
 
-/* Codes of a plane, or of a part of it. */
+/* Codes of a plane, or of a part of it. Where a plane repeats, each period is looked at by itself. */
 typedef struct pv_codes {
-    int32_t width, height;
+    int32_t width; /* of a row */
+    int32_t left, top, right, bottom; /* of the period that a pixel is in, as far as there are codes of it */
     const uint8_t *code;
 } pv_codes;
 
-enum { PV_RESOLVE_REACH = 3 }; /* px around a pixel that tell its entry */
+enum { PV_RESOLVE_REACH = 6 }; /* px around a pixel that tell its entry: 3 to others, and 3 that tell theirs */
 
-/* The entry of the pixel at x, y of the codes, which must hold all of the plane within the reach. */
+/* The entry of the pixel at x, y of the codes, which must hold all of its period within the reach. */
 uint8_t pv_resolve(const pv_codebook *book, const pv_codes *codes, int32_t x, int32_t y);
 
 /* A part of a plane that is kept as codes, or in black and white if the palette is empty, as a drawing. */

@@ -3,6 +3,7 @@
 #include "image/palette.h"
 
 #include "base/parallel.h"
+#include "util/fixed.h"
 
 #include <string.h>
 
@@ -10,21 +11,38 @@ enum { ROWS = 16 };
 
 typedef struct resolving {
     const pv_codebook *book;
-    pv_codes codes;
-    int32_t left, top; /* of the drawing in the codes */
-    pave_image *drawing;
+    const pave_image *codes;
+    pave_image *drawing; /* a part of it */
 } resolving;
+
+/* From where to where a period reaches that holds a coordinate, seen from an origin and cut to a length. */
+static void find_period(int32_t at, int32_t period, int32_t origin, int32_t length, int32_t *from, int32_t *to)
+{
+    int64_t begin = pv_floor_div(at, period) * period - origin, end = begin + period;
+    *from = begin > 0 ? (int32_t)begin : 0;
+    *to = end < length ? (int32_t)end : length;
+}
+
+static void resolve_row(const resolving *r, int32_t y, uint8_t *row)
+{
+    const pv_place *place = &r->codes->place, *part = &r->drawing->place;
+    pv_codes codes = { .width = r->codes->width, .code = r->codes->pixels };
+    find_period(part->y + y, place->height, place->y, r->codes->height, &codes.top, &codes.bottom);
+    for (int32_t x = 0; x < r->drawing->width; x++) {
+        int32_t at = part->x + x - place->x;
+        if (!x || at >= codes.right)
+            find_period(part->x + x, place->width, place->x, r->codes->width, &codes.left, &codes.right);
+        row[x] = pv_resolve(r->book, &codes, at, part->y + y - place->y);
+    }
+}
 
 static void resolve_rows(void *data, int32_t band, int32_t worker)
 {
     (void)worker;
     const resolving *r = data;
     int32_t width = r->drawing->width, height = r->drawing->height, end = (band + 1) * ROWS;
-    for (int32_t y = band * ROWS; y < (end < height ? end : height); y++) {
-        uint8_t *row = (uint8_t *)r->drawing->pixels + (int64_t)y * width;
-        for (int32_t x = 0; x < width; x++)
-            row[x] = pv_resolve(r->book, &r->codes, r->left + x, r->top + y);
-    }
+    for (int32_t y = band * ROWS; y < (end < height ? end : height); y++)
+        resolve_row(r, y, (uint8_t *)r->drawing->pixels + (int64_t)y * width);
 }
 
 static pave_result new_drawing(pave_context *context, int32_t width, int32_t height, pave_image **out)
@@ -45,8 +63,7 @@ static pave_result resolve(pave_context *context, const pave_palette *palette, c
     if (!result)
         result = new_drawing(context, part.width, part.height, out);
     if (!result) {
-        resolving r = { book, { codes->width, codes->height, codes->pixels }, part.x - codes->place.x,
-                        part.y - codes->place.y, *out };
+        resolving r = { book, codes, *out };
         (*out)->place = (pv_place){ part.x, part.y, codes->place.width, codes->place.height };
         (*out)->palette = *palette;
         result = pv_parallel(context, (part.height + ROWS - 1) / ROWS, resolve_rows, &r, 0.5, 1);
@@ -125,22 +142,16 @@ pave_result pave_image_quantise(pave_context *context, const pave_image *image, 
     return result;
 }
 
-static int32_t larger(int32_t a, int32_t b)
-{
-    return a > b ? a : b;
-}
-
 pave_result pv_drawing_cut(pave_context *context, const pv_bitmap *bitmap, const pave_palette *palette, int32_t x,
                            int32_t y, int32_t width, int32_t height, pave_image **out)
 {
     if (!palette->count)
         return pv_bitmap_cut(context, bitmap, x, y, width, height, out);
-    int32_t left = larger(x - PV_RESOLVE_REACH, 0), top = larger(y - PV_RESOLVE_REACH, 0);
-    int32_t right = -larger(-(x + width + PV_RESOLVE_REACH), -bitmap->width);
-    int32_t bottom = -larger(-(y + height + PV_RESOLVE_REACH), -bitmap->height);
+    enum { REACH = PV_RESOLVE_REACH };
     pave_image *codes = NULL;
     *out = NULL;
-    pave_result result = pv_bitmap_cut(context, bitmap, left, top, right - left, bottom - top, &codes);
+    pave_result result = pv_bitmap_cut(context, bitmap, x - REACH, y - REACH, width + 2 * REACH,
+                                       height + 2 * REACH, &codes);
     if (!result)
         result = resolve(context, palette, codes, (pv_place){ x, y, width, height }, out);
     pave_image_free(&codes);
