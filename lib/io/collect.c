@@ -2,15 +2,12 @@
 #include <pave/io.h>
 
 #include "io/collect.h"
-#include "io/output.h"
+#include "io/input.h"
 #include "io/pile.h"
 #include "io/stonefile.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 pave_result pv_collect_begin(pave_context *context, pv_collection *out)
 {
@@ -121,48 +118,19 @@ static pave_result collect_pile(pave_context *context, const char *path, pv_coll
     return result;
 }
 
-static pave_result unreadable(pave_context *context, const char *path, int error)
-{
-    return pv_fail(context, PAVE_ERR_IO, "%s: cannot be read: %s", path, pv_system_error(error));
-}
-
-/* Not blocking, for a pipe would wait for a writer before it can be refused. */
-static pave_result load(pave_context *context, const char *path, char **out, size_t *size)
-{
-    struct stat info;
-    pave_result result = PAVE_OK;
-    int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
-    if (file < 0 || fstat(file, &info))
-        result = unreadable(context, path, errno);
-    else if (!S_ISREG(info.st_mode))
-        result = unreadable(context, path, S_ISDIR(info.st_mode) ? EISDIR : ENODEV);
-    else if (!info.st_size)
-        result = pv_fail(context, PAVE_ERR_FORMAT, "%s: is empty", path);
-    *size = result ? 0 : (size_t)info.st_size;
-    *out = result ? NULL : pv_allocate(context, *size, 1, &result);
-    for (size_t done = 0; done < *size && !result;) {
-        ssize_t n = read(file, *out + done, *size - done < 1 << 24 ? *size - done : 1 << 24);
-        if (n < 0 && errno != EINTR)
-            result = unreadable(context, path, errno);
-        else if (n == 0)
-            result = pv_fail(context, PAVE_ERR_IO, "%s: cannot be read: it became shorter meanwhile", path);
-        done += n > 0 ? (size_t)n : 0;
-        result = result ? result : pv_progress(context, 0);
-    }
-    if (file >= 0)
-        close(file);
-    return result;
-}
-
 static pave_result collect(pave_context *context, const char *path, pv_collection *c)
 {
-    size_t size = 0, n = strlen(PV_STONE_FILE_MAGIC);
-    char *bytes = NULL;
-    pave_result result = load(context, path, &bytes, &size);
-    int own = !result && size >= n && !memcmp(bytes, PV_STONE_FILE_MAGIC, n);
+    pv_input input;
+    uint8_t *bytes = NULL;
+    int64_t n = (int64_t)strlen(PV_STONE_FILE_MAGIC);
+    pave_result result = pv_input_open(context, path, &input);
+    if (!result)
+        result = pv_input_load(&input, &bytes);
+    int own = !result && input.size >= n && !memcmp(bytes, PV_STONE_FILE_MAGIC, (size_t)n);
     if (!result && !own)
-        result = pv_svg_read(context, path, bytes, size, c);
+        result = pv_svg_read(context, path, (char *)bytes, (size_t)input.size, c);
     pv_release(bytes);
+    pv_input_close(&input);
     return own ? collect_pile(context, path, c) : result;
 }
 
