@@ -35,7 +35,8 @@ static int32_t way_of(int32_t a, int32_t b)
 
 static uint8_t mixed_light(const pv_oklab *tables, uint8_t a, uint8_t b, int32_t quarters)
 {
-    return pv_display_of(tables, ((int64_t)tables->light[a] * (4 - quarters) + (int64_t)tables->light[b] * quarters) / 4);
+    int64_t light = (int64_t)tables->light[a] * (4 - quarters) + (int64_t)tables->light[b] * quarters;
+    return pv_display_of(tables, light / 4);
 }
 
 static void add_ways(pv_codebook *book)
@@ -196,7 +197,8 @@ static uint8_t resolve_entry(const pv_codebook *book, const pv_codes *codes, int
 {
     static const int32_t ways[4][2] = { { 1, 0 }, { 0, 1 }, { 1, 1 }, { 1, -1 } };
     for (int k = 0; k < 4; k++) {
-        int32_t p = look(book, codes, x, y, -ways[k][0], -ways[k][1]), q = look(book, codes, x, y, ways[k][0], ways[k][1]);
+        int32_t p = look(book, codes, x, y, -ways[k][0], -ways[k][1]);
+        int32_t q = look(book, codes, x, y, ways[k][0], ways[k][1]);
         int second;
         if (p < 0 || q < 0 || p == q)
             continue;

@@ -35,7 +35,8 @@ typedef struct pv_blocks {
 
 pave_result pv_blocks_read(pave_context *context, const pv_blocks *blocks, const pv_target *target);
 
-/* Reads an image file as a drawing: codes of the palette, or by the threshold if that is empty. */
+/* Reads an image file as a drawing: codes of the palette, or by the threshold if that is
+ * empty or NULL. */
 pave_result pv_drawing_read(pave_context *context, const char *path, const pave_threshold_params *threshold,
                             const pave_palette *palette, const pv_room *room, pv_bitmap *out);
 

@@ -52,7 +52,7 @@ pave_result pv_drawing_read(pave_context *context, const char *path, const pave_
     pv_codebook *book = NULL;
     *out = (pv_bitmap){ .file = -1 };
     pv_call outer = pv_call_begin(context, "read", 0, 1);
-    pave_result result = palette->count ? pv_codebook_create(context, palette, &book) : PAVE_OK;
+    pave_result result = palette && palette->count ? pv_codebook_create(context, palette, &book) : PAVE_OK;
     pv_target target = { .threshold = threshold, .book = book, .room = room, .drawing = out };
     if (!result)
         result = read_file(context, path, &target);
