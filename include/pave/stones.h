@@ -159,13 +159,14 @@ typedef struct pave_stones_measures {
     double jointed;                     /* share of the sides' length that has a joint, not a hole or the border */
 } pave_stones_measures;
 
-/* Judges stones against their drawing (one channel: see pave_image_threshold), which is of the size of their plane.
- * `out`, whose size must be set, is filled; the stones may come from pave_stones_read, and need not be good ones. Of
- * a window, only what lies in it is looked at. Where pixels are under no stone, their colour for edge_ and missed_ is
- * that of the nearest stone by steps to side neighbours; distances are measured as in pave_field_create, exactly, and
- * from halfway between the pixels on both sides of an edge; where both have the edge they are 0. A stone lies along
- * its sides, weighted by length, as they are with quarter turns being all the same.
- * Cost: linear; 0.3 s for 16 000 stones and 1 Mpx, 24 bytes a pixel. */
+/* Judges stones against their drawing (one channel: see pave_image_threshold and pave_image_quantise), which is of
+ * the size of their plane; colours are compared as its entries, each stone's being the nearest one. `out`, whose size
+ * must be set, is filled; the stones may come from pave_stones_read, and need not be good ones. Of a window, only
+ * what lies in it is looked at. Where pixels are under no stone, their colour for edge_ and missed_ is that of the
+ * nearest stone by steps to side neighbours; distances are measured as in pave_field_create, exactly, and from
+ * halfway between the pixels on both sides of an edge; where both have the edge they are 0. A stone lies along its
+ * sides, weighted by length, as they are with quarter turns being all the same. Cost: linear; 0.3 s for 16 000 stones
+ * and 1 Mpx, 24 bytes a pixel. */
 PAVE_API pave_result pave_stones_measure(pave_context *context, const pave_image *drawing, const pave_stones *stones,
                                          const pave_stones_measure_params *params, pave_stones_measures *out);
 
