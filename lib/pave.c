@@ -66,6 +66,8 @@ static pave_result make_diagram(pave_context *context, const pave_lay_params *pa
     pave_result result = pv_params_read(context, &pv_cvd_table, params->cvd, &cvd);
     if (!result)
         result = pv_params_read(context, &pv_stones_table, params->stones, &stones);
+    if (!cvd.supersample)
+        cvd.supersample = pv_stones_supersample(&stones);
     while (!result && !work->cvd) {
         result = pave_cvd_create(context, work->field, &cvd, &work->cvd);
         if (result)

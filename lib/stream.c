@@ -59,6 +59,8 @@ static pave_result read_params(stream *s, const pave_lay_params *given)
         result = pv_params_read(context, &pv_cvd_table, params->cvd, &s->plan.cvd);
     if (!result)
         result = pv_params_read(context, &pv_stones_table, params->stones, &s->plan.stones);
+    if (!s->plan.cvd.supersample)
+        s->plan.cvd.supersample = pv_stones_supersample(&s->plan.stones);
     for (int i = 0; i < 4 && !result; i++)
         if (s->plan.cvd.window[i])
             result = pv_fail(context, PAVE_ERR_ARGUMENT, "give a window or a memory, not both");

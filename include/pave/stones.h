@@ -12,7 +12,21 @@ extern "C" {
 typedef struct pave_stones pave_stones;
 
 enum {
-    PAVE_MODE_PAPER = 0 /* the text to the letter */
+    PAVE_MODE_PAPER = 0, /* the text to the letter */
+    PAVE_MODE_BEST = 1   /* the same spirit without its flaws: stones that could be laid */
+};
+
+/* Joints of best mode. */
+enum {
+    PAVE_JOINT_PAPER = 0, /* every corner moves half the grout towards the centroid: joints of varying width */
+    PAVE_JOINT_EVEN = 1   /* every side moves half the grout inwards */
+};
+
+/* What becomes of parts of the drawing that are too small for a stone, in best mode. */
+enum {
+    PAVE_THIN_KEEP = 0,  /* thin stones */
+    PAVE_THIN_WIDEN = 1, /* the drawing is thickened there */
+    PAVE_THIN_DROP = 2   /* they go to the stones around them */
 };
 
 typedef struct pave_stones_params {
@@ -27,9 +41,14 @@ typedef struct pave_stones_params {
                             vertices between stones of different colours stay */
     double drop_angle;   /* wide corners of the single polygon are dropped from this angle on, degrees */
     double small_edge;   /* shorter edges of the single polygon lose an end, half sides */
+    int32_t joint_style; /* PAVE_JOINT_ */
+    int32_t thin;        /* PAVE_THIN_ */
+    double aspect;       /* stones longer than this times their width are divided */
 } pave_stones_params;
 
-#define PAVE_STONES_PARAMS_INIT { sizeof(pave_stones_params), PAVE_MODE_PAPER, 1.0, 120.0, 5, 120.0, 0.5 }
+#define PAVE_STONES_PARAMS_INIT \
+    { sizeof(pave_stones_params), PAVE_MODE_BEST, 1.0, 120.0, 5, 120.0, 0.5, \
+      PAVE_JOINT_EVEN, PAVE_THIN_KEEP, 4.0 }
 
 PAVE_API void pave_stones_params_init(pave_stones_params *params, size_t size);
 
@@ -57,8 +76,10 @@ PAVE_API const double *pave_stones_vertices(const pave_stones *stones);
 /* Colour of each stone: the drawing's pixel value at the stone's centroid, 0 black ... 255 white. */
 PAVE_API const uint8_t *pave_stones_colours(const pave_stones *stones);
 
-/* Site of each stone: its number in the whole plane. Ascending. */
+/* Site of each stone: its number in the whole plane. Ascending. In best mode a cell that the drawing divides gives
+ * several stones of one site, with parts 0, 1 ... */
 PAVE_API const int32_t *pave_stones_sites(const pave_stones *stones);
+PAVE_API const int32_t *pave_stones_parts(const pave_stones *stones);
 
 enum { PAVE_MEASURE_BINS = 32 };
 
@@ -69,6 +90,8 @@ typedef struct pave_measure {
     int32_t stones;                              /* polygons that came out */
     int32_t lost;                                /* sites without a stone: an empty cell, or fewer than 3 vertices */
     int32_t repaired;                            /* stones that the last pass had to make valid */
+    int32_t vanished;                            /* stones that the joints left nothing of */
+    int32_t reduced;                             /* stones that the joints took a corner of */
     int64_t corners_before[PAVE_MEASURE_BINS];   /* cells by number of vertices as traced (Fig. 9), */
     int64_t corners_after[PAVE_MEASURE_BINS];    /* stones at the end; in the last bin: so many or more */
     int64_t areas[PAVE_MEASURE_BINS];            /* stones by area (Fig. 12), in steps of area_step */

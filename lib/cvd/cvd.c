@@ -22,6 +22,7 @@ static const pv_param cvd_rows[] = {
     PV_REAL(pave_cvd_params, noise_length, "half sides", 1, 4096, "wave length of the rotation's noise"),
     PV_REAL(pave_cvd_params, push_within, "half sides", 0, 4, "sites nearer to an edge are moved and aligned"),
     PV_REAL(pave_cvd_params, push_to, "half sides", 0, 4, "to this distance from the edge"),
+    PV_INTEGER(pave_cvd_params, supersample, "", 0, 4, "the diagram's pixels to one of the drawing; 0: by mode"),
     PV_WINDOW(pave_cvd_params, window, "only this part of the plane, px [the whole]"),
     PV_REAL(pave_cvd_params, window_margin, "half sides", 0, 4096, "exact labels wanted around the window"),
 };
@@ -81,6 +82,8 @@ static pave_result read_params(pave_context *context, const pave_cvd_params *giv
         result = pv_fail(context, PAVE_ERR_ARGUMENT, "scale_min is greater than scale_max");
     if (!result)
         result = read_stones(context, field, &cvd->params);
+    cvd->scale = cvd->params.supersample ? cvd->params.supersample : 1;
+    cvd->params.supersample = cvd->scale;
     return result ? result : read_window(context, field, cvd->params.window, &cvd->window);
 }
 
@@ -101,6 +104,35 @@ static int has_edges(const pave_field *field, const pave_cvd *cvd)
     return 0;
 }
 
+static uint16_t quantised(double distance, double unit)
+{
+    double d = distance * unit + 0.5;
+    return d < UINT16_MAX ? (uint16_t)d : UINT16_MAX;
+}
+
+/* Between which of `count` pixels the diagram's pixel `i` lies, and how far from the first. */
+static double between(int32_t i, int32_t scale, int32_t count, int32_t *a, int32_t *b)
+{
+    int32_t at = 2 * i + 1 - scale, first = (int32_t)pv_floor_div(at, 2 * scale);
+    *a = first < 0 ? 0 : first;
+    *b = first + 1 < count ? first + 1 : first;
+    return (double)(at - 2 * scale * first) / (2 * scale);
+}
+
+/* The distance at a row of the diagram's pixels: what those of the drawing around them say together. */
+static void quantise_between(const pave_field *field, const pave_cvd *cvd, int32_t y, double unit, uint16_t *out)
+{
+    int32_t top, bottom, left, right;
+    double v = between(y, cvd->scale, cvd->height, &top, &bottom);
+    const float *up = field_row(field, cvd, top), *down = field_row(field, cvd, bottom);
+    for (int32_t x = 0; x < pv_cvd_columns(cvd); x++) {
+        double u = between(x, cvd->scale, cvd->width, &left, &right);
+        double a = up[left] + ((double)up[right] - up[left]) * u;
+        double b = down[left] + ((double)down[right] - down[left]) * u, d = a + (b - a) * v;
+        out[x] = isfinite(d) ? quantised(cvd->scale * d, unit) : UINT16_MAX;
+    }
+}
+
 /* What the sites feel of the field, quantised once. NULL without edges, or if nothing is to feel them. */
 static uint16_t *quantise_edges(pave_context *context, const pave_field *field, const pave_cvd *cvd, pv_plane *plane,
                                 pave_result *result)
@@ -110,13 +142,16 @@ static uint16_t *quantise_edges(pave_context *context, const pave_field *field, 
     while ((plane->push_within + 1024) >> plane->edge_shift > UINT16_MAX)
         plane->edge_shift++;
     double unit = 256.0 / (1 << plane->edge_shift);
-    uint16_t *edge = pv_allocate(context, (size_t)cvd->width * (size_t)cvd->height, sizeof *edge, result);
-    for (int32_t y = 0; y < cvd->height && edge; y++) {
-        const float *row = field_row(field, cvd, y);
-        for (int32_t x = 0; x < cvd->width; x++) {
-            double d = row[x] * unit + 0.5;
-            edge[(int64_t)y * cvd->width + x] = d < UINT16_MAX ? (uint16_t)d : UINT16_MAX;
+    uint16_t *edge = pv_allocate(context, (size_t)plane->width * (size_t)plane->height, sizeof *edge, result);
+    for (int32_t y = 0; y < plane->height && edge; y++) {
+        uint16_t *out = edge + (int64_t)y * plane->width;
+        if (cvd->scale > 1) {
+            quantise_between(field, cvd, y, unit, out);
+            continue;
         }
+        const float *row = field_row(field, cvd, y);
+        for (int32_t x = 0; x < cvd->width; x++)
+            out[x] = quantised(row[x], unit);
     }
     return edge;
 }
@@ -124,12 +159,12 @@ static uint16_t *quantise_edges(pave_context *context, const pave_field *field, 
 static void set_lengths(const pave_cvd *cvd, pv_plane *plane)
 {
     const pave_cvd_params *params = &cvd->params;
-    double h = params->half_side;
+    double h = cvd->scale * params->half_side;
     memset(plane, 0, sizeof *plane);
-    plane->width = cvd->width;
-    plane->height = cvd->height;
-    plane->origin_x = 256 * cvd->place.x;
-    plane->origin_y = 256 * cvd->place.y;
+    plane->width = cvd->scale * cvd->width;
+    plane->height = cvd->scale * cvd->height;
+    plane->origin_x = 256 * cvd->scale * cvd->place.x;
+    plane->origin_y = 256 * cvd->scale * cvd->place.y;
     plane->cell = fixed(2 * h);
     plane->push_within = fixed(params->push_within * h);
     plane->push_to = fixed(params->push_to * h);
@@ -188,14 +223,16 @@ static pave_result run(pave_context *context, const pv_plane *plane, pave_cvd *c
 static void measure_radius(const pv_plane *plane, pave_cvd *cvd)
 {
     int64_t most = 0;
-    for (int32_t y = 0; y < cvd->height; y++)
-        for (int32_t x = 0; x < cvd->width; x++) {
-            const pave_site *s = &cvd->sites[cvd->labels[(int64_t)y * cvd->width + x]];
+    for (int32_t y = 0; y < plane->height; y++)
+        for (int32_t x = 0; x < plane->width; x++) {
+            const pave_site *s = &cvd->sites[cvd->labels[(int64_t)y * plane->width + x]];
             int64_t dx = 256 * (int64_t)x + 128 - s->x, dy = 256 * (int64_t)y + 128 - s->y;
             most = dx * dx + dy * dy > most ? dx * dx + dy * dy : most;
         }
     cvd->radius = (int32_t)pv_isqrt((uint64_t)most) + 1;
     cvd->exact += cvd->radius + pv_plane_reach(plane);
+    cvd->exact = (int32_t)pv_ceil_div(cvd->exact, cvd->scale);
+    cvd->radius = (int32_t)pv_ceil_div(cvd->radius, cvd->scale);
 }
 
 /* Sites in the plane's coordinates, with the homes that belong to the window. */
@@ -203,7 +240,8 @@ static void place_sites(const pv_plane *plane, const pv_seeds *seeds, pave_cvd *
 {
     const pv_rect *w = &cvd->window;
     for (int32_t i = 0; i < cvd->site_count; i++) {
-        int32_t x = seeds->homes[i].x * plane->cell >> 8, y = seeds->homes[i].y * plane->cell >> 8;
+        int32_t x = (seeds->homes[i].x * plane->cell >> 8) / cvd->scale;
+        int32_t y = (seeds->homes[i].y * plane->cell >> 8) / cvd->scale;
         cvd->mine[i] = x >= w->x && y >= w->y && x < w->x + w->width && y < w->y + w->height;
         cvd->sites[i].x += plane->origin_x;
         cvd->sites[i].y += plane->origin_y;
@@ -221,8 +259,19 @@ static pave_result allocate(pave_context *context, pv_seeds *seeds, pave_cvd *cv
     if (!result)
         cvd->sites = pv_allocate(context, n, sizeof *cvd->sites, &result);
     if (!result)
-        cvd->labels = pv_allocate(context, (size_t)cvd->width * (size_t)cvd->height, sizeof *cvd->labels, &result);
+        cvd->labels = pv_allocate(context, (size_t)pv_cvd_columns(cvd) * (size_t)pv_cvd_rows(cvd), sizeof *cvd->labels,
+                                  &result);
     return result;
+}
+
+/* The first sites, in the diagram's own pixels. */
+static pave_result draw_seeds(pave_context *context, const pave_cvd *cvd, const pv_plane *plane, pv_seeds *seeds)
+{
+    pave_cvd_params params = cvd->params;
+    int32_t s = cvd->scale;
+    pv_place place = { s * cvd->place.x, s * cvd->place.y, s * cvd->place.width, s * cvd->place.height };
+    params.half_side *= s;
+    return pv_seeds_draw(context, &params, plane, &place, seeds);
 }
 
 /* The diagram of a region. */
@@ -239,7 +288,7 @@ static pave_result make_region(pave_context *context, const pave_field *field, p
     plane.edge = edge;
     seeds = (pv_seeds){ NULL, NULL, NULL, 0 };
     if (!result)
-        result = pv_seeds_draw(context, &cvd->params, &plane, &cvd->place, &seeds);
+        result = draw_seeds(context, cvd, &plane, &seeds);
     plane.start = seeds.sites;
     plane.home = seeds.homes;
     plane.sites = seeds.count;
@@ -271,16 +320,17 @@ static void drop_region(pave_cvd *cvd)
 
 static pave_result copy_window(pave_context *context, pave_cvd *cvd)
 {
-    const pv_rect *w = &cvd->window;
+    int32_t s = cvd->scale, row = s * cvd->width;
+    pv_rect w = { s * (cvd->window.x - cvd->place.x), s * (cvd->window.y - cvd->place.y), s * cvd->window.width,
+                  s * cvd->window.height };
     pave_result result = PAVE_OK;
     cvd->window_labels = cvd->labels;
-    if (w->width == cvd->width && w->height == cvd->height)
+    if (cvd->window.width == cvd->width && cvd->window.height == cvd->height)
         return PAVE_OK;
-    cvd->window_labels = pv_allocate(context, (size_t)w->width * (size_t)w->height, sizeof *cvd->labels, &result);
-    for (int32_t y = 0; y < w->height && !result; y++)
-        memcpy(cvd->window_labels + (int64_t)y * w->width,
-               cvd->labels + (int64_t)(w->y - cvd->place.y + y) * cvd->width + w->x - cvd->place.x,
-               (size_t)w->width * sizeof *cvd->labels);
+    cvd->window_labels = pv_allocate(context, (size_t)w.width * (size_t)w.height, sizeof *cvd->labels, &result);
+    for (int32_t y = 0; y < w.height && !result; y++)
+        memcpy(cvd->window_labels + (int64_t)y * w.width, cvd->labels + (int64_t)(w.y + y) * row + w.x,
+               (size_t)w.width * sizeof *cvd->labels);
     return result;
 }
 
@@ -352,10 +402,11 @@ void pave_cvd_free(pave_cvd **cvd)
     *cvd = NULL;
 }
 
-int32_t pave_cvd_x(const pave_cvd *cvd) { return cvd->window.x; }
-int32_t pave_cvd_y(const pave_cvd *cvd) { return cvd->window.y; }
-int32_t pave_cvd_width(const pave_cvd *cvd) { return cvd->window.width; }
-int32_t pave_cvd_height(const pave_cvd *cvd) { return cvd->window.height; }
+int32_t pave_cvd_x(const pave_cvd *cvd) { return cvd->scale * cvd->window.x; }
+int32_t pave_cvd_y(const pave_cvd *cvd) { return cvd->scale * cvd->window.y; }
+int32_t pave_cvd_width(const pave_cvd *cvd) { return cvd->scale * cvd->window.width; }
+int32_t pave_cvd_height(const pave_cvd *cvd) { return cvd->scale * cvd->window.height; }
+int32_t pave_cvd_supersample(const pave_cvd *cvd) { return cvd->scale; }
 double pave_cvd_half_side(const pave_cvd *cvd) { return cvd->params.half_side; }
 const int32_t *pave_cvd_labels(const pave_cvd *cvd) { return cvd->window_labels; }
 int32_t pave_cvd_site_count(const pave_cvd *cvd) { return cvd->site_count; }
@@ -371,8 +422,8 @@ pave_result pave_cvd_image(pave_context *context, const pave_cvd *cvd, pave_imag
     if (!context || !cvd || !out)
         return PAVE_ERR_ARGUMENT;
     pave_image_params shape = PAVE_IMAGE_PARAMS_INIT;
-    shape.width = cvd->window.width;
-    shape.height = cvd->window.height;
+    shape.width = pave_cvd_width(cvd);
+    shape.height = pave_cvd_height(cvd);
     shape.type = PAVE_U32;
     shape.encoding = PAVE_DATA;
     shape.names = "label";

@@ -16,6 +16,7 @@ struct pave_cvd {
     pv_place place; /* of the region that was computed: the window and what is needed around it */
     pv_rect window;
     int32_t width, height; /* of the region */
+    int32_t scale;         /* the diagram's px, in which labels and sites are, to one of the plane's, along a side */
     int32_t site_count;
     int32_t *labels;        /* of the region, as places in sites */
     int32_t *window_labels; /* of the window; the same array if the window is the region */
@@ -28,6 +29,10 @@ struct pave_cvd {
     int32_t backend;
     char backend_name[128];
 };
+
+/* The raster of the region's labels. */
+static inline int32_t pv_cvd_columns(const pave_cvd *cvd) { return cvd->scale * cvd->width; }
+static inline int32_t pv_cvd_rows(const pave_cvd *cvd) { return cvd->scale * cvd->height; }
 
 /* pave_cvd_create on a field that may end too near to the window: then *out is NULL, and *needed tells how far around
  * the window it should reach, px. */

@@ -200,6 +200,7 @@ static void add_stone(pave_stones *out, int32_t site, uint8_t colour, const pv_c
     }
     out->colours[out->count] = colour;
     out->sites[out->count] = site;
+    out->parts[out->count] = 0;
     out->starts[++out->count] = at + count;
 }
 
@@ -214,6 +215,8 @@ static pave_result allocate(pave_context *context, const pv_mesh *mesh, pave_sto
         out->colours = pv_allocate(context, n, sizeof *out->colours, &result);
     if (!result)
         out->sites = pv_allocate(context, n, sizeof *out->sites, &result);
+    if (!result)
+        out->parts = pv_allocate(context, n, sizeof *out->parts, &result);
     return result;
 }
 

@@ -11,12 +11,17 @@
 static const pave_stones_params default_params = PAVE_STONES_PARAMS_INIT;
 
 static const pv_param stones_rows[] = {
-    PV_CHOICE(pave_stones_params, mode, "paper", "how stones are made: the text to the letter"),
+    PV_CHOICE(pave_stones_params, mode, "paper|best",
+              "how stones are made: the text to the letter, or so that a paver would lay them"),
     PV_REAL(pave_stones_params, grout, "px", 0, 1024, "joint width; corners move half of it to the centroid"),
     PV_REAL(pave_stones_params, wide_angle, "degrees", 90, 180, "inner angles beyond this are flattened"),
     PV_INTEGER(pave_stones_params, passes, "", 0, 100, "times that wide angles are flattened"),
     PV_REAL(pave_stones_params, drop_angle, "degrees", 90, 180, "corners of a stone wider than this are dropped"),
     PV_REAL(pave_stones_params, small_edge, "half sides", 0, 2, "shorter edges of a stone lose an end"),
+    PV_CHOICE(pave_stones_params, joint_style, "paper|even",
+              "joints of best mode: as uneven as the text's, or as wide everywhere as the grout"),
+    PV_CHOICE(pave_stones_params, thin, "keep|widen|drop", "lines and spots too thin for a stone, in best mode"),
+    PV_REAL(pave_stones_params, aspect, "", 1, 100, "longer stones are divided, in best mode"),
 };
 
 const pv_table pv_stones_table = PV_TABLE("stones", default_params, stones_rows);
@@ -26,8 +31,9 @@ void pave_stones_params_init(pave_stones_params *params, size_t size)
     pv_params_init(&pv_stones_table, params, size);
 }
 
-static pave_result make(pave_context *context, const pave_image *drawing, const pave_field *field,
-                        const pave_cvd *cvd, pave_stones *stones)
+/* The text's way: one shared tessellation, bent; then each stone by itself. */
+static pave_result make_paper(pave_context *context, const pave_image *drawing, const pave_field *field,
+                              const pave_cvd *cvd, pave_stones *stones)
 {
     pv_mesh mesh;
     pave_result result = pv_mesh_trace(context, cvd, &mesh);
@@ -41,9 +47,20 @@ static pave_result make(pave_context *context, const pave_image *drawing, const 
     }
     if (!result)
         result = pv_stones_isolate(context, drawing, cvd, &mesh, stones);
-    if (!result)
-        pv_stones_measure(cvd, &mesh, stones);
+    for (int32_t r = 0; r < mesh.ring_count && !result; r++)
+        if (cvd->mine[r])
+            pv_measure_cell(&stones->measure, mesh.first[r + 1] - mesh.first[r]);
     pv_mesh_free(&mesh);
+    return result;
+}
+
+static pave_result make(pave_context *context, const pave_image *drawing, const pave_field *field,
+                        const pave_cvd *cvd, pave_stones *stones)
+{
+    pave_result result = stones->params.mode == PAVE_MODE_PAPER ? make_paper(context, drawing, field, cvd, stones)
+                                                                : pv_stones_best(context, drawing, cvd, stones);
+    if (!result)
+        pv_measure_stones(cvd, stones);
     return result ? result : pv_progress(context, 1);
 }
 
@@ -57,7 +74,7 @@ double pv_stones_margin(const pave_cvd *cvd, const pave_stones_params *params)
     for (int32_t i = 0; i < cvd->site_count; i++) {
         if (!cvd->mine[i])
             continue;
-        int64_t x = cvd->sites[i].x, y = cvd->sites[i].y;
+        int64_t x = cvd->sites[i].x / cvd->scale, y = cvd->sites[i].y / cvd->scale;
         beyond = left - x > beyond ? left - x : beyond;
         beyond = x - right > beyond ? x - right : beyond;
         beyond = top - y > beyond ? top - y : beyond;
@@ -71,6 +88,11 @@ double pv_stones_room(const pave_cvd *cvd)
     pv_rect region = { cvd->place.x, cvd->place.y, cvd->width, cvd->height };
     int32_t room = pv_rect_room(cvd->window, region, &cvd->place);
     return room == INT32_MAX ? INFINITY : room - cvd->exact / 256.0;
+}
+
+int32_t pv_stones_supersample(const pave_stones_params *params)
+{
+    return params->mode == PAVE_MODE_PAPER ? 1 : 2;
 }
 
 static int covers(const pv_place *place, int32_t width, int32_t height, const pave_cvd *cvd)
@@ -142,6 +164,7 @@ void pave_stones_free(pave_stones **stones)
     pv_release((*stones)->vertices);
     pv_release((*stones)->colours);
     pv_release((*stones)->sites);
+    pv_release((*stones)->parts);
     pv_release(*stones);
     *stones = NULL;
 }
@@ -155,3 +178,4 @@ const int64_t *pave_stones_starts(const pave_stones *stones) { return stones->st
 const double *pave_stones_vertices(const pave_stones *stones) { return stones->vertices; }
 const uint8_t *pave_stones_colours(const pave_stones *stones) { return stones->colours; }
 const int32_t *pave_stones_sites(const pave_stones *stones) { return stones->sites; }
+const int32_t *pave_stones_parts(const pave_stones *stones) { return stones->parts; }

@@ -16,6 +16,7 @@ struct pave_stones {
     double *vertices;
     uint8_t *colours;
     int32_t *sites;
+    int32_t *parts;
     pave_measure measure;
     pave_cvd_params cvd; /* how it was made, for the report */
     pave_stones_params params;
@@ -58,13 +59,20 @@ pave_result pv_mesh_snap(pave_context *context, const pave_image *drawing, const
 pave_result pv_stones_isolate(pave_context *context, const pave_image *drawing, const pave_cvd *cvd,
                               const pv_mesh *mesh, pave_stones *out);
 
-/* measure.c: counts and areas of finished stones. */
-void pv_stones_measure(const pave_cvd *cvd, const pv_mesh *mesh, pave_stones *stones);
+/* best.c: the stones of the best mode; `out` has its window and parameters set. */
+pave_result pv_stones_best(pave_context *context, const pave_image *drawing, const pave_cvd *cvd, pave_stones *out);
+
+/* measure.c: counts a cell of so many vertices as traced; counts and measures finished stones. */
+void pv_measure_cell(pave_measure *measure, int64_t corners);
+void pv_measure_stones(const pave_cvd *cvd, pave_stones *stones);
 
 /* How much deeper than where its labels begin to be exact a diagram's window must lie for its stones to be those of
  * the whole, and how much deeper it lies; both px. */
 double pv_stones_margin(const pave_cvd *cvd, const pave_stones_params *params);
 double pv_stones_room(const pave_cvd *cvd);
+
+/* The diagram's pixels to one of the drawing that a mode is best with. */
+int32_t pv_stones_supersample(const pave_stones_params *params);
 
 /* Pixel value of the drawing under a point, the nearest one for points on the rim or beyond. */
 uint8_t pv_colour_at(const pave_image *drawing, pv_point p);

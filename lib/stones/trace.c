@@ -11,9 +11,9 @@ static int labels_around(const pave_cvd *cvd, int32_t x, int32_t y, int32_t *lab
     int count = 0;
     for (int k = 0; k < 4; k++) {
         int32_t px = x - 1 + (k & 1), py = y - 1 + (k >> 1);
-        if (px < 0 || py < 0 || px >= cvd->width || py >= cvd->height)
+        if (px < 0 || py < 0 || px >= pv_cvd_columns(cvd) || py >= pv_cvd_rows(cvd))
             continue;
-        int32_t label = cvd->labels[(int64_t)py * cvd->width + px];
+        int32_t label = cvd->labels[(int64_t)py * pv_cvd_columns(cvd) + px];
         int known = 0;
         for (int i = 0; i < count; i++)
             known |= labels[i] == label;
@@ -26,7 +26,7 @@ static int labels_around(const pave_cvd *cvd, int32_t x, int32_t y, int32_t *lab
 /* Three labels inside, two along the border, one in the four corners. */
 static int is_vertex(const pave_cvd *cvd, int32_t x, int32_t y, int count)
 {
-    int borders = (x == 0 || x == cvd->width) + (y == 0 || y == cvd->height);
+    int borders = (x == 0 || x == pv_cvd_columns(cvd)) + (y == 0 || y == pv_cvd_rows(cvd));
     return count >= 3 - borders;
 }
 
@@ -36,15 +36,15 @@ static pave_result visit_vertices(pave_context *context, const pave_cvd *cvd, pv
                                   double from, double to)
 {
     pave_result result = PAVE_OK;
-    for (int32_t y = 0; y <= cvd->height && !result; y++) {
-        for (int32_t x = 0; x <= cvd->width; x++) {
+    for (int32_t y = 0; y <= pv_cvd_rows(cvd) && !result; y++) {
+        for (int32_t x = 0; x <= pv_cvd_columns(cvd); x++) {
             int32_t labels[4];
             int count = labels_around(cvd, x, y, labels);
             if (is_vertex(cvd, x, y, count))
                 visit(mesh, x, y, labels, count);
         }
         if (y % 64 == 0)
-            result = pv_progress(context, from + (to - from) * y / cvd->height);
+            result = pv_progress(context, from + (to - from) * y / pv_cvd_rows(cvd));
     }
     return result;
 }
@@ -141,14 +141,27 @@ static pave_result allocate_mesh(pave_context *context, pv_mesh *mesh)
     return result;
 }
 
+/* From the diagram's pixels to those of the drawing. */
+static void to_pixels(int32_t scale, pv_mesh *mesh)
+{
+    mesh->left /= scale;
+    mesh->top /= scale;
+    mesh->right /= scale;
+    mesh->bottom /= scale;
+    for (int32_t v = 0; v < mesh->vertex_count; v++) {
+        mesh->vertex[v].x /= scale;
+        mesh->vertex[v].y /= scale;
+    }
+}
+
 pave_result pv_mesh_trace(pave_context *context, const pave_cvd *cvd, pv_mesh *mesh)
 {
     pave_result result;
     memset(mesh, 0, sizeof *mesh);
-    mesh->left = cvd->place.x;
-    mesh->top = cvd->place.y;
-    mesh->right = mesh->left + cvd->width;
-    mesh->bottom = mesh->top + cvd->height;
+    mesh->left = cvd->scale * cvd->place.x;
+    mesh->top = cvd->scale * cvd->place.y;
+    mesh->right = mesh->left + pv_cvd_columns(cvd);
+    mesh->bottom = mesh->top + pv_cvd_rows(cvd);
     mesh->ring_count = cvd->site_count;
     mesh->first = pv_allocate_zeroed(context, (size_t)mesh->ring_count + 1, sizeof *mesh->first, &result);
     if (!mesh->first)
@@ -163,7 +176,9 @@ pave_result pv_mesh_trace(pave_context *context, const pave_cvd *cvd, pv_mesh *m
         return result;
     memmove(mesh->first + 1, mesh->first, (size_t)mesh->ring_count * sizeof *mesh->first);
     mesh->first[0] = 0;
-    return sort_rings(context, mesh);
+    result = sort_rings(context, mesh);
+    to_pixels(cvd->scale, mesh);
+    return result;
 }
 
 void pv_mesh_free(pv_mesh *mesh)

@@ -1,0 +1,182 @@
+/* The best mode: pieces of cells, traced into a tessellation; vertices made flat so that faces have four corners; in
+ * each face a stone. */
+#include "stones/assign.h"
+#include "stones/contour.h"
+#include "stones/inscribe.h"
+#include "stones/realise.h"
+#include "stones/stones.h"
+
+#include "cvd/cvd.h"
+#include "image/image.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { BLOCK_CELLS = 8, ROUNDS = 16 };
+
+/* Lengths of the tessellation that follow from the size of stones. */
+static int64_t half_side(const pave_cvd *cvd)
+{
+    return (int64_t)(cvd->params.half_side * PV_GRID + 0.5);
+}
+
+static pave_result split(pave_context *context, const pave_image *drawing, const pave_cvd *cvd, int fill,
+                         pv_pieces *pieces)
+{
+    const uint8_t *pixels = drawing->pixels;
+    int64_t dx = cvd->place.x - drawing->place.x, dy = cvd->place.y - drawing->place.y;
+    pv_label_image image = { .width = pv_cvd_columns(cvd), .height = pv_cvd_rows(cvd), .labels = cvd->labels,
+                             .label_count = cvd->site_count, .colours = pixels + dy * drawing->width + dx,
+                             .colour_width = drawing->width, .scale = cvd->scale };
+    double side = cvd->scale * cvd->params.half_side;
+    return pv_pieces_split(context, &image, (int64_t)(side * side), fill, pieces);
+}
+
+/* From labels to faces. */
+static pave_result trace(pave_context *context, const pave_image *drawing, const pave_cvd *cvd,
+                         const pave_stones_params *params, pv_tess *tess)
+{
+    pv_pieces pieces;
+    pv_net net = { 0 };
+    pv_outline outline = { 0 };
+    pv_tess_place place = { cvd->scale * cvd->place.x, cvd->scale * cvd->place.y, cvd->scale };
+    pave_result result = split(context, drawing, cvd, params->thin == PAVE_THIN_DROP, &pieces);
+    if (!result)
+        result = pv_net_trace(context, &pieces, &net);
+    if (!result)
+        result = pv_outline_draw(context, &net, &place, &outline);
+    if (!result)
+        result = pv_tess_build(context, &net, &place, &outline, tess);
+    pv_outline_free(&outline);
+    pv_net_free(&net);
+    pv_pieces_free(&pieces);
+    return result;
+}
+
+/* Stones of all faces, before they are put one after the other. */
+typedef struct quarry {
+    const pave_stones_params *params;
+    const pave_cvd *cvd;
+    const pv_tess *tess;
+    pv_cell *corner;  /* of face f from tess->first[f] on */
+    int32_t *count;   /* of face f; 0: no stone */
+    uint8_t *cut;     /* the joint took corners, or all */
+} quarry;
+
+enum { TASK = 256 };
+
+static int32_t cut_stone(const quarry *q, int32_t face, pv_cell *out)
+{
+    pv_cell ring[PV_STONE_MOST];
+    uint8_t corner[PV_STONE_MOST];
+    const pv_tess *tess = q->tess;
+    int32_t count = pv_tess_ring(tess, face, ring, PV_STONE_MOST);
+    for (int32_t i = 0; i < count && count <= PV_STONE_MOST; i++)
+        corner[i] = (uint8_t)pv_is_corner(tess, tess->first[face] + i);
+    pv_stone_cell cell = { count, ring, corner };
+    return pv_stone_inscribe(&cell, 0.06, out);
+}
+
+static void cut_stones(void *data, int32_t task, int32_t worker)
+{
+    const quarry *q = data;
+    double way = q->params->grout / 2 * PV_GRID;
+    (void)worker;
+    for (int32_t f = task * TASK; f < (task + 1) * TASK && f < q->tess->face_count; f++) {
+        pv_cell stone[PV_STONE_MOST];
+        q->count[f] = 0;
+        q->cut[f] = 0;
+        if (!q->cvd->mine[q->tess->label[f]])
+            continue;
+        int32_t before = cut_stone(q, f, stone);
+        int32_t count = q->params->joint_style == PAVE_JOINT_PAPER ? pv_stone_draw_in(stone, before, way)
+                                                                   : pv_stone_offset(stone, before, way);
+        q->count[f] = count;
+        q->cut[f] = count < before;
+        memcpy(q->corner + q->tess->first[f], stone, (size_t)count * sizeof *stone);
+    }
+}
+
+static pave_result allocate(pave_context *context, const pv_tess *tess, pave_stones *out)
+{
+    pave_result result = PAVE_OK;
+    size_t n = (size_t)tess->face_count, corners = (size_t)tess->first[n];
+    out->starts = pv_allocate_zeroed(context, n + 1, sizeof *out->starts, &result);
+    if (!result)
+        out->vertices = pv_allocate(context, corners, 2 * sizeof *out->vertices, &result);
+    if (!result)
+        out->colours = pv_allocate(context, n, sizeof *out->colours, &result);
+    if (!result)
+        out->sites = pv_allocate(context, n, sizeof *out->sites, &result);
+    if (!result)
+        out->parts = pv_allocate(context, n, sizeof *out->parts, &result);
+    return result;
+}
+
+static void add_stone(const quarry *q, int32_t face, pave_stones *out)
+{
+    int64_t at = out->starts[out->count], from = q->tess->first[face];
+    for (int32_t i = 0; i < q->count[face]; i++) {
+        out->vertices[2 * (at + i)] = (double)q->corner[from + i].x / PV_GRID;
+        out->vertices[2 * (at + i) + 1] = (double)q->corner[from + i].y / PV_GRID;
+    }
+    out->colours[out->count] = q->tess->colour[face];
+    out->sites[out->count] = q->cvd->numbers[q->tess->label[face]];
+    out->parts[out->count] = q->tess->part[face];
+    out->starts[++out->count] = at + q->count[face];
+}
+
+static void count_cells(const quarry *q, pave_stones *out)
+{
+    const pv_tess *tess = q->tess;
+    for (int32_t f = 0; f < tess->face_count; f++) {
+        int64_t junctions = 0;
+        if (!q->cvd->mine[tess->label[f]])
+            continue;
+        for (int64_t p = tess->first[f]; p < tess->first[f + 1]; p++)
+            junctions += !(tess->kind[tess->corner[p]] & PV_BEND);
+        pv_measure_cell(&out->measure, junctions);
+        out->measure.vanished += !q->count[f];
+        out->measure.reduced += q->count[f] && q->cut[f];
+    }
+}
+
+static pave_result isolate(pave_context *context, const pave_cvd *cvd, const pv_tess *tess, pave_stones *out)
+{
+    quarry q = { &out->params, cvd, tess, NULL, NULL, NULL };
+    pave_result result = allocate(context, tess, out);
+    if (!result)
+        q.corner = pv_allocate(context, (size_t)tess->first[tess->face_count], sizeof *q.corner, &result);
+    if (!result)
+        q.count = pv_allocate(context, (size_t)tess->face_count, sizeof *q.count, &result);
+    if (!result)
+        q.cut = pv_allocate(context, (size_t)tess->face_count, sizeof *q.cut, &result);
+    if (!result)
+        result = pv_parallel(context, (tess->face_count + TASK - 1) / TASK, cut_stones, &q, 0.8, 0.98);
+    for (int32_t f = 0; f < tess->face_count && !result; f++)
+        if (q.count[f])
+            add_stone(&q, f, out);
+    if (!result)
+        count_cells(&q, out);
+    pv_release(q.corner);
+    pv_release(q.count);
+    pv_release(q.cut);
+    return result;
+}
+
+pave_result pv_stones_best(pave_context *context, const pave_image *drawing, const pave_cvd *cvd, pave_stones *out)
+{
+    pv_tess tess = { 0 };
+    int64_t h = half_side(cvd);
+    pv_assign_params assign = { 2 * h * BLOCK_CELLS, 75, 35 };
+    pv_realise_params realise = { 2 * h * BLOCK_CELLS, ROUNDS, (int32_t)h };
+    pave_result result = trace(context, drawing, cvd, &out->params, &tess);
+    if (!result)
+        result = pv_assign_flats(context, &assign, &tess, 0.3, 0.5);
+    if (!result)
+        result = pv_realise_flats(context, &realise, &tess, 0.5, 0.8);
+    if (!result)
+        result = isolate(context, cvd, &tess, out);
+    pv_tess_free(&tess);
+    return result;
+}
