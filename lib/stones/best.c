@@ -1,6 +1,7 @@
 /* The best mode: pieces of cells, traced into a tessellation; vertices made flat so that faces have four corners; in
  * each face a stone. */
 #include "stones/assign.h"
+#include "stones/collapse.h"
 #include "stones/contour.h"
 #include "stones/inscribe.h"
 #include "stones/realise.h"
@@ -169,8 +170,10 @@ pave_result pv_stones_best(pave_context *context, const pave_image *drawing, con
     pv_tess tess = { 0 };
     int64_t h = half_side(cvd);
     pv_assign_params assign = { 2 * h * BLOCK_CELLS, 75, 35 };
-    pv_realise_params realise = { 2 * h * BLOCK_CELLS, ROUNDS, (int32_t)h };
+    pv_realise_params realise = { 2 * h * BLOCK_CELLS, ROUNDS, (int32_t)h, (int32_t)(h / 4), (int32_t)(h / 3) };
     pave_result result = trace(context, drawing, cvd, &out->params, &tess);
+    if (!result)
+        result = pv_tess_collapse(context, &tess, h / 2, 4, 3);
     if (!result)
         result = pv_assign_flats(context, &assign, &tess, 0.3, 0.5);
     if (!result)

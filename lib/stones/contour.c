@@ -412,28 +412,49 @@ static int next_corner(const sketch *s, int32_t from, bend *out)
     return out->sharp > 0;
 }
 
-/* Bends between two places so that all gates between are gone through: at the worst one, and so on. */
-static pave_result add_between(sketch *s, int32_t from, int32_t to, double ax, double ay, double bx, double by,
-                               int depth, int64_t *count)
+/* A stretch of the contour between two places. */
+typedef struct stretch {
+    double ax, ay, bx, by;
+    int32_t from, to; /* gates */
+} stretch;
+
+static double square(double x, double y)
 {
-    double dx = bx - ax, dy = by - ay, length = sqrt(dx * dx + dy * dy), worst = 0;
-    line l = { ax, ay, length > 0 ? dx / length : 1, length > 0 ? dy / length : 0 };
+    return x * x + y * y;
+}
+
+/* The gate that the straight way misses most, not right at an end; -1: it misses none. */
+static int32_t worst_gate(const sketch *s, const stretch *w)
+{
+    double dx = w->bx - w->ax, dy = w->by - w->ay, length = sqrt(square(dx, dy)), worst = 0;
+    line l = { w->ax, w->ay, length > 0 ? dx / length : 1, length > 0 ? dy / length : 0 };
     int32_t at = -1;
-    for (int32_t i = from; i < to; i++) {
-        double m = miss(&l, &s->gates[i], 0.45);
-        if (m > worst)
+    for (int32_t i = w->from; i < w->to; i++) {
+        const gate *g = &s->gates[i];
+        double m = miss(&l, g, 0.45);
+        if (m > worst && square(g->x - w->ax, g->y - w->ay) > 1 && square(g->x - w->bx, g->y - w->by) > 1)
             worst = m, at = i;
     }
+    return at;
+}
+
+/* Bends between two places so that all gates between are gone through: at the worst one, and so on. */
+static pave_result add_between(sketch *s, stretch w, int depth, int64_t *count)
+{
+    int32_t at = worst_gate(s, &w);
     if (at < 0 || depth > 40)
         return PAVE_OK;
     double x = s->gates[at].x, y = s->gates[at].y;
     line tangent;
     if (line_at(s->gates, s->total, at, 0, &tangent))
         project(&tangent, &x, &y);
-    pave_result result = add_between(s, from, at, ax, ay, x, y, depth + 1, count);
+    if (square(x - w.ax, y - w.ay) < 0.5 || square(x - w.bx, y - w.by) < 0.5)
+        return PAVE_OK;
+    stretch before = { w.ax, w.ay, x, y, w.from, at }, after = { x, y, w.bx, w.by, at + 1, w.to };
+    pave_result result = add_between(s, before, depth + 1, count);
     if (!result)
         result = add_bend(s, count, to_grid(x, y));
-    return result ? result : add_between(s, at + 1, to, x, y, bx, by, depth + 1, count);
+    return result ? result : add_between(s, after, depth + 1, count);
 }
 
 static pave_result add_contour(sketch *s, const pv_chain *c, int64_t *count)
@@ -443,19 +464,16 @@ static pave_result add_contour(sketch *s, const pv_chain *c, int64_t *count)
     if (result)
         return result;
     pv_cell p = s->out->junction[c->from], q = s->out->junction[c->to];
-    double ax = (double)p.x / PV_GRID, ay = (double)p.y / PV_GRID;
-    int32_t from = s->before, seen = from;
-    while (!result && next_corner(s, seen, &corner)) {
-        result = add_between(s, from, corner.gate, ax, ay, corner.x, corner.y, 0, count);
+    stretch w = { (double)p.x / PV_GRID, (double)p.y / PV_GRID, 0, 0, s->before, 0 };
+    for (int32_t seen = w.from; !result && next_corner(s, seen, &corner); seen = w.from + APART - 1) {
+        w.bx = corner.x, w.by = corner.y, w.to = corner.gate;
+        result = add_between(s, w, 0, count);
         if (!result)
             result = add_bend(s, count, to_grid(corner.x, corner.y));
-        ax = corner.x, ay = corner.y, from = corner.gate;
-        seen = from + APART - 1;
+        w.ax = w.bx, w.ay = w.by, w.from = w.to;
     }
-    if (!result)
-        result = add_between(s, from, s->before + s->count, ax, ay, (double)q.x / PV_GRID, (double)q.y / PV_GRID, 0,
-                             count);
-    return result;
+    w.bx = (double)q.x / PV_GRID, w.by = (double)q.y / PV_GRID, w.to = s->before + s->count;
+    return result ? result : add_between(s, w, 0, count);
 }
 
 static int is_contour(const pv_pieces *p, const pv_chain *c)

@@ -52,6 +52,8 @@ int pv_ring_contains(const pv_cell *ring, int32_t count, const pv_cell *convex, 
     return holds_middle(ring, count, convex, corners);
 }
 
+enum { LEAST_SIDE = 50 }; /* grid units; some readers take shorter ones for none */
+
 /* A side of the stone: the line through two points of the cell that has all others of its chain on the outside. */
 typedef struct side {
     pv_cell a, b;
@@ -145,7 +147,8 @@ static int32_t stone_at(const pv_stone_cell *cell, const int32_t *at, int32_t co
         if (!meet(&sides[(k + corners - 1) % corners], &sides[k], cell->ring[at[k]], &out[k]))
             return 0;
     for (int32_t k = 0; k < corners; k++)
-        if (pv_cell_turn(out[k], out[(k + 1) % corners], out[(k + 2) % corners]) <= 0)
+        if (pv_cell_turn(out[k], out[(k + 1) % corners], out[(k + 2) % corners]) <= 0 ||
+            length_of(out[k], out[(k + 1) % corners]) < LEAST_SIDE)
             return 0;
     return pv_ring_valid(out, corners) && pv_ring_contains(cell->ring, cell->count, out, corners) ? corners : 0;
 }

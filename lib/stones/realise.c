@@ -104,7 +104,7 @@ int pv_tess_fits(const pv_tess *tess, int32_t vertex, pv_cell there)
 typedef struct realising {
     pv_tess *tess;
     pv_cell *origin;
-    int32_t rounds, reach;
+    int32_t rounds, reach, step, least;
 } realising;
 
 static int32_t limited(double v, int32_t origin, int32_t reach)
@@ -127,19 +127,41 @@ static void gather(const pv_tess *tess, int32_t v, equations *e)
     }
 }
 
+static int64_t square_to(const pv_tess *tess, int64_t place, pv_cell p)
+{
+    pv_cell q = tess->at[tess->corner[place]];
+    int64_t dx = (int64_t)q.x - p.x, dy = (int64_t)q.y - p.y;
+    return dx * dx + dy * dy;
+}
+
+/* Would a side become shorter than it may be, or shorter still? */
+static int gets_short(const realising *r, int32_t v, pv_cell there)
+{
+    const pv_tess *tess = r->tess;
+    int64_t least = (int64_t)r->least * r->least;
+    for (int64_t s = tess->star[v]; s < tess->star[v + 1]; s++) {
+        int64_t next = pv_tess_next(tess, tess->spoke[s]), now = square_to(tess, next, there);
+        if (now < least && now < square_to(tess, next, tess->at[v]))
+            return 1;
+    }
+    return 0;
+}
+
 static void relax_vertex(const realising *r, int32_t v)
 {
     pv_tess *tess = r->tess;
-    equations e = { 0.02, 0, 0.02, 0, 0 };
+    equations e = { 1.0, 0, 1.0, 0, 0 };
     gather(tess, v, &e);
     double det = e.xx * e.yy - e.xy * e.xy;
     double dx = (e.yy * e.bx - e.xy * e.by) / det, dy = (e.xx * e.by - e.xy * e.bx) / det;
+    double way = sqrt(dx * dx + dy * dy), shorter = way > r->step ? r->step / way : 1;
+    dx *= shorter, dy *= shorter;
     pv_cell here = tess->at[v];
     for (int halving = 0; halving < 3; halving++, dx /= 2, dy /= 2) {
         pv_cell there = { limited(here.x + dx, r->origin[v].x, r->reach), limited(here.y + dy, r->origin[v].y, r->reach) };
         if (there.x == here.x && there.y == here.y)
             return;
-        if (!pv_tess_fits(tess, v, there))
+        if (gets_short(r, v, there) || !pv_tess_fits(tess, v, there))
             continue;
         tess->at[v] = there;
         return;
@@ -159,7 +181,7 @@ pave_result pv_realise_flats(pave_context *context, const pv_realise_params *par
                              double to)
 {
     pv_blocks blocks = { 0, 0, NULL, NULL };
-    realising r = { tess, NULL, params->rounds, params->reach };
+    realising r = { tess, NULL, params->rounds, params->reach, params->step, params->least };
     pave_result result = PAVE_OK;
     r.origin = pv_allocate(context, (size_t)tess->vertex_count, sizeof *r.origin, &result);
     if (!result) {

@@ -10,6 +10,8 @@ typedef struct pv_realise_params {
     int64_t block; /* side of a block, grid units */
     int32_t rounds;
     int32_t reach; /* grid units */
+    int32_t step;  /* farthest in one round, grid units */
+    int32_t least; /* sides do not become shorter than this, grid units */
 } pv_realise_params;
 
 pave_result pv_realise_flats(pave_context *context, const pv_realise_params *params, pv_tess *tess, double from,
