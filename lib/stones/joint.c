@@ -25,25 +25,17 @@ static double depth(pv_cell a, pv_cell b, pv_cell p)
     return length > 0 ? (double)pv_cell_turn(a, b, p) / length : 0;
 }
 
-/* The point of the grid by corner b that is `way` inside both of its sides. */
+/* The point of the grid by corner b that is `way` inside of its sides, and a little more for the rounding. */
 static int corner_inside(pv_cell a, pv_cell b, pv_cell c, double way, pv_cell *out)
 {
-    double lu = length_of(a, b), lv = length_of(b, c);
-    double ux = ((double)b.x - a.x) / lu, uy = ((double)b.y - a.y) / lu, vx = ((double)c.x - b.x) / lv;
-    double vy = ((double)c.y - b.y) / lv, cross = ux * vy - uy * vx, best = 1e300;
-    int left = pv_cell_turn(a, b, c) > 0;
-    if (fabs(cross) < 1e-6)
+    double u = length_of(a, b), v = length_of(b, c);
+    double ux = ((double)b.x - a.x) / u, uy = ((double)b.y - a.y) / u, vx = ((double)c.x - b.x) / v;
+    double vy = ((double)c.y - b.y) / v, cross = ux * vy - uy * vx;
+    if (!(fabs(cross) > 1e-3))
         return 0;
-    /* the inner side is (uy, -ux) of a way u, for y goes down */
-    double x = b.x + way * (ux - vx) / cross, y = b.y + way * (uy - vy) / cross;
-    for (int32_t dy = -2; dy <= 2; dy++)
-        for (int32_t dx = -2; dx <= 2; dx++) {
-            pv_cell p = { (int32_t)floor(x + 0.5) + dx, (int32_t)floor(y + 0.5) + dy };
-            double far = (p.x - x) * (p.x - x) + (p.y - y) * (p.y - y);
-            if (far < best && (!left || (depth(a, b, p) >= way && depth(b, c, p) >= way)))
-                best = far, *out = p;
-        }
-    return best < 1e300;
+    double k = (way + 0.75) / cross; /* the inner side is (uy, -ux) of a way u, for y goes down */
+    *out = (pv_cell){ (int32_t)floor(b.x + k * (ux - vx) + 0.5), (int32_t)floor(b.y + k * (uy - vy) + 0.5) };
+    return 1;
 }
 
 /* All corners moved in, if the stone stays what it was. */
