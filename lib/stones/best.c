@@ -13,7 +13,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { BLOCK_CELLS = 8, ROUNDS = 16 };
+enum { BLOCK_CELLS = 12, ROUNDS = 12 };
 
 /* Lengths of the tessellation that follow from the size of stones. */
 static int64_t half_side(const pave_cvd *cvd)
@@ -170,7 +170,8 @@ pave_result pv_stones_best(pave_context *context, const pave_image *drawing, con
     pv_tess tess = { 0 };
     int64_t h = half_side(cvd);
     pv_assign_params assign = { 2 * h * BLOCK_CELLS, 75, 35 };
-    pv_realise_params realise = { 2 * h * BLOCK_CELLS, ROUNDS, (int32_t)h, (int32_t)(h / 4), (int32_t)(h / 3) };
+    pv_realise_params realise = { 2 * h * BLOCK_CELLS, ROUNDS, (int32_t)h, (int32_t)(h / 4), (int32_t)(h * 5 / 16),
+                                  (int32_t)(h / 8) };
     pave_result result = trace(context, drawing, cvd, &out->params, &tess);
     if (!result)
         result = pv_tess_collapse(context, &tess, h / 2, 4, 3);

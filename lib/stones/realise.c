@@ -104,7 +104,7 @@ int pv_tess_fits(const pv_tess *tess, int32_t vertex, pv_cell there)
 typedef struct realising {
     pv_tess *tess;
     pv_cell *origin;
-    int32_t rounds, reach, step, least;
+    int32_t rounds, reach, step, apart, least;
 } realising;
 
 static int32_t limited(double v, int32_t origin, int32_t reach)
@@ -114,10 +114,20 @@ static int32_t limited(double v, int32_t origin, int32_t reach)
     return (int32_t)floor(v + 0.5);
 }
 
-static void gather(const pv_tess *tess, int32_t v, equations *e)
+/* Sides that are too short push their ends apart. */
+static void keep_apart(const pv_tess *tess, int64_t place, double least, equations *e)
+{
+    pv_cell v = tess->at[tess->corner[place]], w = tess->at[tess->corner[pv_tess_next(tess, place)]];
+    double dx = (double)v.x - w.x, dy = (double)v.y - w.y, length = sqrt(dx * dx + dy * dy);
+    if (length < least && length > 0)
+        add_equation(e, dx / length, dy / length, length - least);
+}
+
+static void gather(const pv_tess *tess, int32_t v, double least, equations *e)
 {
     for (int64_t s = tess->star[v]; s < tess->star[v + 1]; s++) {
         int64_t place = tess->spoke[s];
+        keep_apart(tess, place, least, e);
         if (tess->flat[v] == tess->face_of[place]) {
             own_line(tess, place, e);
             continue;
@@ -147,14 +157,15 @@ static int gets_short(const realising *r, int32_t v, pv_cell there)
     return 0;
 }
 
-static void relax_vertex(const realising *r, int32_t v)
+/* `stiff`: how much it costs to move at all, which keeps the first rounds near where all was. */
+static void relax_vertex(const realising *r, int32_t v, double stiff)
 {
     pv_tess *tess = r->tess;
-    equations e = { 1.0, 0, 1.0, 0, 0 };
-    gather(tess, v, &e);
+    equations e = { stiff, 0, stiff, 0, 0 };
+    gather(tess, v, r->apart, &e);
     double det = e.xx * e.yy - e.xy * e.xy;
     double dx = (e.yy * e.bx - e.xy * e.by) / det, dy = (e.xx * e.by - e.xy * e.bx) / det;
-    double way = sqrt(dx * dx + dy * dy), shorter = way > r->step ? r->step / way : 1;
+    double way = 1.5 * sqrt(dx * dx + dy * dy), shorter = 1.5 * (way > r->step ? r->step / way : 1);
     dx *= shorter, dy *= shorter;
     pv_cell here = tess->at[v];
     for (int halving = 0; halving < 3; halving++, dx /= 2, dy /= 2) {
@@ -171,26 +182,31 @@ static void relax_vertex(const realising *r, int32_t v)
 static void relax_block(void *data, const int32_t *vertices, int64_t count)
 {
     const realising *r = data;
-    for (int32_t round = 0; round < r->rounds; round++)
+    for (int32_t round = 0; round < r->rounds; round++) {
+        double t = (double)round / r->rounds, stiff = (1 - t) * (1 - t) * (1 - t) + 0.02;
         for (int64_t i = 0; i < count; i++)
             if (!(r->tess->kind[vertices[i]] & (PV_BORDER | PV_CONTOUR)))
-                relax_vertex(r, vertices[i]);
+                relax_vertex(r, vertices[i], stiff);
+    }
 }
 
 pave_result pv_realise_flats(pave_context *context, const pv_realise_params *params, pv_tess *tess, double from,
                              double to)
 {
-    pv_blocks blocks = { 0, 0, NULL, NULL };
-    realising r = { tess, NULL, params->rounds, params->reach, params->step, params->least };
+    realising r = { tess, NULL, params->rounds, params->reach, params->step, params->apart,
+                    params->least };
     pave_result result = PAVE_OK;
     r.origin = pv_allocate(context, (size_t)tess->vertex_count, sizeof *r.origin, &result);
-    if (!result) {
-        memcpy(r.origin, tess->at, (size_t)tess->vertex_count * sizeof *r.origin);
-        result = pv_blocks_build(context, tess, params->block, 0, &blocks);
-    }
     if (!result)
-        result = pv_blocks_run(context, &blocks, relax_block, &r, from, to);
-    pv_blocks_free(&blocks);
+        memcpy(r.origin, tess->at, (size_t)tess->vertex_count * sizeof *r.origin);
+    for (int sweep = 0; sweep < 2 && !result; sweep++) {
+        pv_blocks blocks;
+        result = pv_blocks_build(context, tess, params->block, sweep, &blocks);
+        if (!result)
+            result = pv_blocks_run(context, &blocks, relax_block, &r, from + (to - from) * sweep / 2,
+                                   from + (to - from) * (sweep + 1) / 2);
+        pv_blocks_free(&blocks);
+    }
     pv_release(r.origin);
     return result;
 }
