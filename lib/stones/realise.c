@@ -4,6 +4,7 @@
 #include "stones/assign.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* Sums of the normal equations for one vertex's step. */
@@ -104,6 +105,7 @@ int pv_tess_fits(const pv_tess *tess, int32_t vertex, pv_cell there)
 typedef struct realising {
     pv_tess *tess;
     pv_cell *origin;
+    uint8_t *stirred; /* of faces: the last round, from 1, in which a vertex of it moved */
     int32_t rounds, reach, step, apart, least;
 } realising;
 
@@ -157,8 +159,25 @@ static int gets_short(const realising *r, int32_t v, pv_cell there)
     return 0;
 }
 
+enum { STILL = 4 }; /* grid units that are not worth a move */
+
+static void stir(const realising *r, int32_t v, uint8_t round)
+{
+    for (int64_t s = r->tess->star[v]; s < r->tess->star[v + 1]; s++)
+        r->stirred[r->tess->face_of[r->tess->spoke[s]]] = round;
+}
+
+/* Has anything moved around a vertex since its last turn? */
+static int is_stirred(const realising *r, int32_t v, uint8_t round)
+{
+    for (int64_t s = r->tess->star[v]; s < r->tess->star[v + 1]; s++)
+        if (r->stirred[r->tess->face_of[r->tess->spoke[s]]] + 1 >= round)
+            return 1;
+    return 0;
+}
+
 /* `stiff`: how much it costs to move at all, which keeps the first rounds near where all was. */
-static void relax_vertex(const realising *r, int32_t v, double stiff)
+static void relax_vertex(const realising *r, int32_t v, double stiff, uint8_t round)
 {
     pv_tess *tess = r->tess;
     equations e = { stiff, 0, stiff, 0, 0 };
@@ -170,11 +189,12 @@ static void relax_vertex(const realising *r, int32_t v, double stiff)
     pv_cell here = tess->at[v];
     for (int halving = 0; halving < 3; halving++, dx /= 2, dy /= 2) {
         pv_cell there = { limited(here.x + dx, r->origin[v].x, r->reach), limited(here.y + dy, r->origin[v].y, r->reach) };
-        if (there.x == here.x && there.y == here.y)
+        if (abs(there.x - here.x) + abs(there.y - here.y) < STILL)
             return;
         if (gets_short(r, v, there) || !pv_tess_fits(tess, v, there))
             continue;
         tess->at[v] = there;
+        stir(r, v, round);
         return;
     }
 }
@@ -182,21 +202,26 @@ static void relax_vertex(const realising *r, int32_t v, double stiff)
 static void relax_block(void *data, const int32_t *vertices, int64_t count)
 {
     const realising *r = data;
+    for (int64_t i = 0; i < count; i++)
+        stir(r, vertices[i], 0);
     for (int32_t round = 0; round < r->rounds; round++) {
         double t = (double)round / r->rounds, stiff = (1 - t) * (1 - t) * (1 - t) + 0.02;
         for (int64_t i = 0; i < count; i++)
-            if (!(r->tess->kind[vertices[i]] & (PV_BORDER | PV_CONTOUR)))
-                relax_vertex(r, vertices[i], stiff);
+            if (!(r->tess->kind[vertices[i]] & (PV_BORDER | PV_CONTOUR)) &&
+                is_stirred(r, vertices[i], (uint8_t)(round + 1)))
+                relax_vertex(r, vertices[i], stiff, (uint8_t)(round + 1));
     }
 }
 
 pave_result pv_realise_flats(pave_context *context, const pv_realise_params *params, pv_tess *tess, double from,
                              double to)
 {
-    realising r = { tess, NULL, params->rounds, params->reach, params->step, params->apart,
+    realising r = { tess, NULL, NULL, params->rounds, params->reach, params->step, params->apart,
                     params->least };
     pave_result result = PAVE_OK;
     r.origin = pv_allocate(context, (size_t)tess->vertex_count, sizeof *r.origin, &result);
+    if (!result)
+        r.stirred = pv_allocate(context, (size_t)tess->face_count, 1, &result);
     if (!result)
         memcpy(r.origin, tess->at, (size_t)tess->vertex_count * sizeof *r.origin);
     for (int sweep = 0; sweep < 2 && !result; sweep++) {
@@ -207,6 +232,7 @@ pave_result pv_realise_flats(pave_context *context, const pv_realise_params *par
                                    from + (to - from) * (sweep + 1) / 2);
         pv_blocks_free(&blocks);
     }
+    pv_release(r.stirred);
     pv_release(r.origin);
     return result;
 }
