@@ -13,7 +13,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { BLOCK_CELLS = 12, ROUNDS = 12 };
+enum { MATCH_CELLS = 8, REALISE_CELLS = 6, ROUNDS = 12, COLLAPSES = 3 };
 
 /* Lengths of the tessellation that follow from the size of stones. */
 static int64_t half_side(const pave_cvd *cvd)
@@ -21,14 +21,24 @@ static int64_t half_side(const pave_cvd *cvd)
     return (int64_t)(cvd->params.half_side * PV_GRID + 0.5);
 }
 
+/* Pieces merge with neighbours' neighbours, and are cut; chains are drawn by what is around them, and again crack by
+ * crack; sides collapse if they are the shortest among faces' neighbours; then blocks follow on blocks. */
+double pv_best_reach(double half_side, double radius)
+{
+    double cell = 2 * radius, pieces = (2 * PV_PIECES_ROUNDS + 1) * cell, chains = PV_CONTOUR_REACH + 2 + 4 * cell;
+    double collapses = 2 * COLLAPSES * cell, match = 2 * (4 * 2 * half_side * MATCH_CELLS + cell);
+    double realise = 2 * (4 * 2 * half_side * REALISE_CELLS + cell);
+    return pieces + chains + collapses + match + realise;
+}
+
 static pave_result split(pave_context *context, const pave_image *drawing, const pave_cvd *cvd, int fill,
                          pv_pieces *pieces)
 {
-    const uint8_t *pixels = drawing->pixels;
-    int64_t dx = cvd->place.x - drawing->place.x, dy = cvd->place.y - drawing->place.y;
-    pv_label_image image = { .width = pv_cvd_columns(cvd), .height = pv_cvd_rows(cvd), .labels = cvd->labels,
-                             .label_count = cvd->site_count, .colours = pixels + dy * drawing->width + dx,
-                             .colour_width = drawing->width, .scale = cvd->scale };
+    pv_label_image image = { .width = cvd->width, .height = cvd->height, .labels = cvd->labels,
+                             .label_count = cvd->site_count, .colours = drawing->pixels, .scale = cvd->scale,
+                             .colour_x = cvd->place.x - cvd->scale * drawing->place.x,
+                             .colour_y = cvd->place.y - cvd->scale * drawing->place.y,
+                             .colour_width = drawing->width };
     double side = cvd->scale * cvd->params.half_side;
     return pv_pieces_split(context, &image, (int64_t)(side * side), fill, pieces);
 }
@@ -40,7 +50,7 @@ static pave_result trace(pave_context *context, const pave_image *drawing, const
     pv_pieces pieces;
     pv_net net = { 0 };
     pv_outline outline = { 0 };
-    pv_tess_place place = { cvd->scale * cvd->place.x, cvd->scale * cvd->place.y, cvd->scale };
+    pv_tess_place place = { cvd->place.x, cvd->place.y, cvd->scale };
     pave_result result = split(context, drawing, cvd, params->thin == PAVE_THIN_DROP, &pieces);
     if (!result)
         result = pv_net_trace(context, &pieces, &net);
@@ -109,21 +119,27 @@ static pave_result allocate(pave_context *context, const pv_tess *tess, pave_sto
         out->colours = pv_allocate(context, n, sizeof *out->colours, &result);
     if (!result)
         out->sites = pv_allocate(context, n, sizeof *out->sites, &result);
-    if (!result)
-        out->parts = pv_allocate(context, n, sizeof *out->parts, &result);
     return result;
+}
+
+/* How many periods a copy of a site is away, grid units. */
+static pv_cell shift_of(const pave_cvd *cvd, int32_t site)
+{
+    pv_shift s = cvd->shifts ? cvd->shifts[site] : (pv_shift){ 0, 0 };
+    return (pv_cell){ (int32_t)((int64_t)s.x * PV_GRID / (256 * cvd->scale)),
+                      (int32_t)((int64_t)s.y * PV_GRID / (256 * cvd->scale)) };
 }
 
 static void add_stone(const quarry *q, int32_t face, pave_stones *out)
 {
     int64_t at = out->starts[out->count], from = q->tess->first[face];
+    pv_cell shift = shift_of(q->cvd, q->tess->label[face]);
     for (int32_t i = 0; i < q->count[face]; i++) {
-        out->vertices[2 * (at + i)] = (double)q->corner[from + i].x / PV_GRID;
-        out->vertices[2 * (at + i) + 1] = (double)q->corner[from + i].y / PV_GRID;
+        out->vertices[2 * (at + i)] = (double)(q->corner[from + i].x - shift.x) / PV_GRID;
+        out->vertices[2 * (at + i) + 1] = (double)(q->corner[from + i].y - shift.y) / PV_GRID;
     }
     out->colours[out->count] = q->tess->colour[face];
     out->sites[out->count] = q->cvd->numbers[q->tess->label[face]];
-    out->parts[out->count] = q->tess->part[face];
     out->starts[++out->count] = at + q->count[face];
 }
 
@@ -136,9 +152,9 @@ static void count_cells(const quarry *q, pave_stones *out)
             continue;
         for (int64_t p = tess->first[f]; p < tess->first[f + 1]; p++)
             junctions += !(tess->kind[tess->corner[p]] & PV_BEND);
-        pv_measure_cell(&out->measure, junctions);
-        out->measure.vanished += !q->count[f];
-        out->measure.reduced += q->count[f] && q->cut[f];
+        pv_count_cell(&out->report, junctions);
+        out->report.vanished += !q->count[f];
+        out->report.reduced += q->count[f] && q->cut[f];
     }
 }
 
@@ -169,12 +185,12 @@ pave_result pv_stones_best(pave_context *context, const pave_image *drawing, con
 {
     pv_tess tess = { 0 };
     int64_t h = half_side(cvd);
-    pv_assign_params assign = { 2 * h * BLOCK_CELLS, 75, 35 };
-    pv_realise_params realise = { 2 * h * BLOCK_CELLS, ROUNDS, (int32_t)h, (int32_t)(h / 4), (int32_t)(h * 5 / 16),
+    pv_assign_params assign = { 2 * h * MATCH_CELLS, 75, 35 };
+    pv_realise_params realise = { 2 * h * REALISE_CELLS, ROUNDS, (int32_t)h, (int32_t)(h / 4), (int32_t)(h * 5 / 16),
                                   (int32_t)(h / 8) };
     pave_result result = trace(context, drawing, cvd, &out->params, &tess);
     if (!result)
-        result = pv_tess_collapse(context, &tess, h / 2, 4, 3);
+        result = pv_tess_collapse(context, &tess, h / 2, 4, COLLAPSES);
     if (!result)
         result = pv_assign_flats(context, &assign, &tess, 0.3, 0.5);
     if (!result)

@@ -4,6 +4,7 @@
 #include "cvd/cvd.h"
 #include "field/field.h"
 #include "image/image.h"
+#include "util/fixed.h"
 
 #include <math.h>
 #include <string.h>
@@ -20,8 +21,8 @@ static const pv_param stones_rows[] = {
     PV_REAL(pave_stones_params, small_edge, "half sides", 0, 2, "shorter edges of a stone lose an end"),
     PV_CHOICE(pave_stones_params, joint_style, "paper|even",
               "joints of best mode: as uneven as the text's, or as wide everywhere as the grout"),
-    PV_CHOICE(pave_stones_params, thin, "keep|widen|drop", "lines and spots too thin for a stone, in best mode"),
-    PV_REAL(pave_stones_params, aspect, "", 1, 100, "longer stones are divided, in best mode"),
+    PV_CHOICE(pave_stones_params, thin, "keep|drop", "lines and spots too thin for a stone, in best mode"),
+    PV_CHOICE(pave_stones_params, border, "wrapped|cut", "stones across the border of a periodic plane: whole, or cut"),
 };
 
 const pv_table pv_stones_table = PV_TABLE("stones", default_params, stones_rows);
@@ -33,23 +34,23 @@ void pave_stones_params_init(pave_stones_params *params, size_t size)
 
 /* The text's way: one shared tessellation, bent; then each stone by itself. */
 static pave_result make_paper(pave_context *context, const pave_image *drawing, const pave_field *field,
-                              const pave_cvd *cvd, pave_stones *stones)
+                        const pave_cvd *cvd, pave_stones *stones)
 {
     pv_mesh mesh;
     pave_result result = pv_mesh_trace(context, cvd, &mesh);
-    if (!result) {
-        pv_mesh_colour(drawing, &mesh);
+    if (!result)
+        result = pv_mesh_colour(context, drawing, 0.4, &mesh);
+    if (!result)
         result = pv_mesh_flatten(context, &stones->params, &mesh);
-    }
-    if (!result) {
-        pv_mesh_colour(drawing, &mesh);
+    if (!result)
+        result = pv_mesh_colour(context, drawing, 0.6, &mesh);
+    if (!result)
         result = pv_mesh_snap(context, drawing, field, &mesh);
-    }
     if (!result)
         result = pv_stones_isolate(context, drawing, cvd, &mesh, stones);
     for (int32_t r = 0; r < mesh.ring_count && !result; r++)
         if (cvd->mine[r])
-            pv_measure_cell(&stones->measure, mesh.first[r + 1] - mesh.first[r]);
+            pv_count_cell(&stones->report, mesh.first[r + 1] - mesh.first[r]);
     pv_mesh_free(&mesh);
     return result;
 }
@@ -60,13 +61,14 @@ static pave_result make(pave_context *context, const pave_image *drawing, const 
     pave_result result = stones->params.mode == PAVE_MODE_PAPER ? make_paper(context, drawing, field, cvd, stones)
                                                                 : pv_stones_best(context, drawing, cvd, stones);
     if (!result)
-        pv_measure_stones(cvd, stones);
+        pv_stones_count(cvd, stones);
+    if (!result && cvd->repeats && stones->params.border == PAVE_BORDER_CUT)
+        result = pv_stones_cut(context, stones);
     return result ? result : pv_progress(context, 1);
 }
 
-/* Flattening carries something from cell to cell in each pass, colouring once more, and a stone may lie beyond the
- * window that its home is in. */
-double pv_stones_margin(const pave_cvd *cvd, const pave_stones_params *params)
+/* How far beyond its window a home's site lies, px of the diagram. */
+static double farthest_site(const pave_cvd *cvd)
 {
     const pv_rect *w = &cvd->window;
     int64_t beyond = 0, left = 256 * (int64_t)w->x, top = 256 * (int64_t)w->y;
@@ -74,20 +76,35 @@ double pv_stones_margin(const pave_cvd *cvd, const pave_stones_params *params)
     for (int32_t i = 0; i < cvd->site_count; i++) {
         if (!cvd->mine[i])
             continue;
-        int64_t x = cvd->sites[i].x / cvd->scale, y = cvd->sites[i].y / cvd->scale;
+        int64_t x = cvd->sites[i].x, y = cvd->sites[i].y;
         beyond = left - x > beyond ? left - x : beyond;
         beyond = x - right > beyond ? x - right : beyond;
         beyond = top - y > beyond ? top - y : beyond;
         beyond = y - bottom > beyond ? y - bottom : beyond;
     }
-    return (double)beyond / 256 + (2 * (params->passes + 2) + 1) * (double)cvd->radius / 256 + 4;
+    return (double)beyond / 256;
+}
+
+/* Flattening carries something from cell to cell in each pass, colouring once more, and a stone may lie beyond the
+ * window that its home is in. */
+double pv_stones_margin(const pave_cvd *cvd, const pave_stones_params *params)
+{
+    double radius = (double)cvd->radius / 256, margin = farthest_site(cvd) + 4;
+    if (params->mode == PAVE_MODE_PAPER)
+        return margin + (2 * (params->passes + 2) + 1) * radius;
+    return (margin + radius) / cvd->scale + pv_best_reach(cvd->params.half_side, radius / cvd->scale);
+}
+
+double pv_stones_margin_guess(double half_side, const pave_stones_params *params)
+{
+    return params->mode == PAVE_MODE_PAPER ? 0 : pv_best_reach(half_side, 4 * half_side) + 8 * half_side;
 }
 
 double pv_stones_room(const pave_cvd *cvd)
 {
     pv_rect region = { cvd->place.x, cvd->place.y, cvd->width, cvd->height };
-    int32_t room = pv_rect_room(cvd->window, region, &cvd->place);
-    return room == INT32_MAX ? INFINITY : room - cvd->exact / 256.0;
+    int32_t room = pv_rect_room(cvd->window, region, cvd);
+    return room == INT32_MAX ? INFINITY : (room - cvd->exact / 256.0) / cvd->scale;
 }
 
 int32_t pv_stones_supersample(const pave_stones_params *params)
@@ -95,11 +112,41 @@ int32_t pv_stones_supersample(const pave_stones_params *params)
     return params->mode == PAVE_MODE_PAPER ? 1 : 2;
 }
 
+/* Does an image, or a field, lie under all of the diagram? */
 static int covers(const pv_place *place, int32_t width, int32_t height, const pave_cvd *cvd)
 {
-    return place->width == cvd->place.width && place->height == cvd->place.height && place->x <= cvd->place.x &&
-           place->y <= cvd->place.y && place->x + width >= cvd->place.x + cvd->width &&
-           place->y + height >= cvd->place.y + cvd->height;
+    int64_t s = cvd->scale;
+    return s * place->width == cvd->place.width && s * place->height == cvd->place.height &&
+           s * place->x <= cvd->place.x && s * place->y <= cvd->place.y &&
+           s * (place->x + width) >= cvd->place.x + cvd->width && s * (place->y + height) >= cvd->place.y + cvd->height;
+}
+
+/* The part of the plane that the diagram's region is on, px of the drawing. */
+static pv_rect region_of(const pave_cvd *cvd)
+{
+    int32_t s = cvd->scale, x = (int32_t)pv_floor_div(cvd->place.x, s), y = (int32_t)pv_floor_div(cvd->place.y, s);
+    return (pv_rect){ x, y, (int32_t)pv_ceil_div(cvd->place.x + cvd->width, s) - x,
+                      (int32_t)pv_ceil_div(cvd->place.y + cvd->height, s) - y };
+}
+
+/* Of a plane that repeats: what the diagram has around it too. */
+static pave_result repeat_inputs(pave_context *context, const pave_cvd *cvd, const pave_image **drawing,
+                                 const pave_field **field, pave_image **own_drawing, pave_field **own_field)
+{
+    pv_rect at = region_of(cvd);
+    int32_t width = cvd->place.width / cvd->scale, height = cvd->place.height / cvd->scale;
+    if (!cvd->repeats || !(*field)->wraps || !pv_is_whole(&(*drawing)->place, width, height) ||
+        (*field)->width != width || (*field)->height != height || (*drawing)->type != PAVE_U8 ||
+        (*drawing)->channels != 1)
+        return PAVE_OK;
+    pave_result result = pv_image_repeat(context, *drawing, at.x, at.y, at.width, at.height, own_drawing);
+    if (!result)
+        result = pv_field_repeat(context, *field, at.x, at.y, at.width, at.height, own_field);
+    if (result)
+        return result;
+    *drawing = *own_drawing;
+    *field = *own_field;
+    return PAVE_OK;
 }
 
 static pave_result check_inputs(pave_context *context, const pave_image *drawing, const pave_field *field,
@@ -110,6 +157,9 @@ static pave_result check_inputs(pave_context *context, const pave_image *drawing
     if (!covers(&drawing->place, drawing->width, drawing->height, cvd) ||
         !covers(&field->place, field->width, field->height, cvd))
         return pv_fail(context, PAVE_ERR_ARGUMENT, "drawing, field and diagram are not of one size");
+    if (params->mode == PAVE_MODE_PAPER && cvd->scale > 1)
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "the paper's mode takes a diagram on the drawing's own pixels: its "
+                       "supersample is %d", (int)cvd->scale);
     double margin = pv_stones_margin(cvd, params), more = margin - pv_stones_room(cvd);
     double needed = ceil(cvd->params.window_margin + more / cvd->params.half_side);
     if (more > 0)
@@ -118,31 +168,24 @@ static pave_result check_inputs(pave_context *context, const pave_image *drawing
     return PAVE_OK;
 }
 
-pave_result pave_stones_create(pave_context *context, const pave_image *drawing, const pave_field *field,
-                               const pave_cvd *cvd, const pave_stones_params *given, pave_stones **out)
+static pave_result make_stones(pave_context *context, const pave_image *drawing, const pave_field *field,
+                               const pave_cvd *cvd, const pave_stones_params *params, pave_stones **out)
 {
-    if (out)
-        *out = NULL;
-    if (!context || !drawing || !field || !cvd || !out)
-        return PAVE_ERR_ARGUMENT;
-    pave_stones_params params;
-    pave_result result = pv_params_read(context, &pv_stones_table, given, &params);
-    if (!result)
-        result = check_inputs(context, drawing, field, cvd, &params);
-    if (result)
-        return result;
+    pave_result result = PAVE_OK;
     pave_stones *stones = pv_allocate_zeroed(context, 1, sizeof *stones, &result);
     if (!stones)
         return result;
-    stones->x = cvd->window.x;
-    stones->y = cvd->window.y;
-    stones->plane_width = cvd->place.width;
-    stones->plane_height = cvd->place.height;
-    stones->width = cvd->window.width;
-    stones->height = cvd->window.height;
-    stones->measure.size = sizeof stones->measure;
+    stones->x = cvd->window.x / cvd->scale;
+    stones->y = cvd->window.y / cvd->scale;
+    stones->plane_width = cvd->place.width / cvd->scale;
+    stones->plane_height = cvd->place.height / cvd->scale;
+    stones->width = cvd->window.width / cvd->scale;
+    stones->height = cvd->window.height / cvd->scale;
+    stones->report.size = sizeof stones->report;
+    stones->report.steps = cvd->steps;
+    stones->report.movement = cvd->movement;
     stones->cvd = cvd->params;
-    stones->params = params;
+    stones->params = *params;
     stones->field = field->params;
     pave_threshold_params_init(&stones->threshold, sizeof stones->threshold);
     stones->backend = cvd->backend;
@@ -156,6 +199,28 @@ pave_result pave_stones_create(pave_context *context, const pave_image *drawing,
     return result;
 }
 
+pave_result pave_stones_create(pave_context *context, const pave_image *drawing, const pave_field *field,
+                               const pave_cvd *cvd, const pave_stones_params *given, pave_stones **out)
+{
+    if (out)
+        *out = NULL;
+    if (!context || !drawing || !field || !cvd || !out)
+        return PAVE_ERR_ARGUMENT;
+    pave_stones_params params;
+    pave_result result = pv_params_read(context, &pv_stones_table, given, &params);
+    if (result)
+        return result;
+    pave_image *own_drawing = NULL;
+    pave_field *own_field = NULL;
+    result = repeat_inputs(context, cvd, &drawing, &field, &own_drawing, &own_field);
+    if (!result)
+        result = check_inputs(context, drawing, field, cvd, &params);
+    if (!result)
+        result = make_stones(context, drawing, field, cvd, &params, out);
+    pave_image_free(&own_drawing);
+    pave_field_free(&own_field);
+    return result;
+}
 void pave_stones_free(pave_stones **stones)
 {
     if (!stones || !*stones)
@@ -164,7 +229,6 @@ void pave_stones_free(pave_stones **stones)
     pv_release((*stones)->vertices);
     pv_release((*stones)->colours);
     pv_release((*stones)->sites);
-    pv_release((*stones)->parts);
     pv_release(*stones);
     *stones = NULL;
 }
@@ -178,4 +242,3 @@ const int64_t *pave_stones_starts(const pave_stones *stones) { return stones->st
 const double *pave_stones_vertices(const pave_stones *stones) { return stones->vertices; }
 const uint8_t *pave_stones_colours(const pave_stones *stones) { return stones->colours; }
 const int32_t *pave_stones_sites(const pave_stones *stones) { return stones->sites; }
-const int32_t *pave_stones_parts(const pave_stones *stones) { return stones->parts; }

@@ -3,6 +3,7 @@
 
 #include "base/context.h"
 #include "io/convert.h"
+#include "io/drawing.h"
 #include "io/output.h"
 #include "stones/stones.h"
 #include "util/half.h"
@@ -427,6 +428,54 @@ static void hostile_files(void **state)
     assert_int_equal(printed, 0);
 }
 
+static uint64_t hash_of_image(const char *path)
+{
+    uint64_t hash = 0;
+    pave_image *image = must_read(path), *drawing = NULL;
+    pv_bitmap bitmap;
+    assert_int_equal(pave_image_threshold(context, image, NULL, &drawing), PAVE_OK);
+    assert_int_equal(pv_bitmap_create(context, drawing->width, drawing->height, &bitmap), PAVE_OK);
+    pv_bitmap_store(&bitmap, 0, 0, drawing);
+    assert_int_equal(pv_bitmap_hash(context, &bitmap, &hash), PAVE_OK);
+    pv_bitmap_free(&bitmap);
+    pave_image_free(&drawing);
+    pave_image_free(&image);
+    return hash;
+}
+
+/* Every sample that can be read, part by part as a drawing and at once as an image, in memory and in a file. */
+static void drawings_are_their_images(void **state)
+{
+    (void)state;
+    int same = 0;
+    DIR *dir = opendir(PAVE_TEST_DATA);
+    assert_non_null(dir);
+    for (struct dirent *entry; (entry = readdir(dir));) {
+        const pave_threshold_params threshold = PAVE_THRESHOLD_PARAMS_INIT;
+        pv_room room = { 1 << 30, in_folder("drawing") };
+        pv_bitmap bitmap;
+        uint64_t hash = 0, again = 0;
+        if (pv_drawing_read(context, sample(entry->d_name), &threshold, &room, &bitmap))
+            continue; /* refused, or lying on its side */
+        assert_non_null(bitmap.bits);
+        assert_int_equal(pv_bitmap_hash(context, &bitmap, &hash), PAVE_OK);
+        room.bytes = bitmap.stride * bitmap.height * 7;
+        pv_bitmap_free(&bitmap);
+        assert_true(hash == hash_of_image(sample(entry->d_name)));
+        same++;
+        pave_result result = pv_drawing_read(context, sample(entry->d_name), &threshold, &room, &bitmap);
+        assert_true(result == PAVE_OK || result == PAVE_ERR_LIMIT); /* what is decoded at once does not fit */
+        if (result)
+            continue;
+        assert_null(bitmap.bits);
+        assert_int_equal(pv_bitmap_hash(context, &bitmap, &again), PAVE_OK);
+        assert_true(hash == again);
+        pv_bitmap_free(&bitmap);
+    }
+    closedir(dir);
+    assert_true(same > 15);
+}
+
 /* Every sample cut short at many places and with flipped bytes: no crash, no word, a documented result. */
 static void damaged_samples(void **state)
 {
@@ -456,6 +505,11 @@ static void damaged_samples(void **state)
                 snprintf(bad, sizeof bad, "%s, trial %u: %d %.1500s", entry->d_name, trial, result,
                          pave_context_message(context));
             pave_image_free(&image);
+            pv_bitmap bitmap;
+            pv_room room = { 1 << 20, in_folder("drawing") };
+            const pave_threshold_params threshold = PAVE_THRESHOLD_PARAMS_INIT;
+            if (!pv_drawing_read(context, in_folder("damaged"), &threshold, &room, &bitmap))
+                pv_bitmap_free(&bitmap);
         }
     }
     closedir(dir);
@@ -509,6 +563,14 @@ static pave_result stones_job(pave_context *c, const char *path)
     return pave_stones_write(c, stones_to_write, path, NULL);
 }
 
+static pave_result stones_reading_job(pave_context *c, const char *path)
+{
+    pave_stones *stones;
+    pave_result result = pave_stones_read(c, path, &stones);
+    pave_stones_free(&stones);
+    return result;
+}
+
 static void sweep(job *work, const char *path)
 {
     pave_result result = PAVE_ERR_MEMORY;
@@ -537,15 +599,16 @@ static pave_stones *make_stones(void)
                                  /**/ 0, 10.125, 5, 20, 10, 10.125, /**/ 10, 10, 10, 20, 20, 20, 20, 10 };
     static uint8_t colours[] = { 0, 255, 128, 0 };
     static int32_t sites[] = { 3, 5, 8, 13 };
-    static pave_stones stones = { .width = 20, .height = 20, .count = 4, .starts = starts, .vertices = vertices,
+    static pave_stones stones = { .width = 20, .height = 20, .plane_width = 20, .plane_height = 20, .count = 4,
+                                  .starts = starts, .vertices = vertices,
                                   .colours = colours, .sites = sites, .cvd = PAVE_CVD_PARAMS_INIT,
                                   .params = PAVE_STONES_PARAMS_INIT, .field = PAVE_FIELD_PARAMS_INIT,
                                   .threshold = PAVE_THRESHOLD_PARAMS_INIT, .backend_name = "by \"hand\"" };
     stones.cvd.seed = UINT64_MAX;
-    stones.measure.size = sizeof stones.measure;
-    stones.measure.sites = 5, stones.measure.stones = 4, stones.measure.lost = 1;
-    stones.measure.corners_after[3] = 1, stones.measure.corners_after[4] = 3;
-    stones.measure.corners_before[31] = 4;
+    stones.report.size = sizeof stones.report;
+    stones.report.sites = 5, stones.report.stones = 4, stones.report.lost = 1;
+    stones.report.corners_after[3] = 1, stones.report.corners_after[4] = 3;
+    stones.report.corners_before[31] = 4;
     return &stones;
 }
 
@@ -555,7 +618,7 @@ static void survives_lack_of_memory(void **state)
     static const char *const inputs[] = { "rgba.png", "orientation-6.jpg", "rgb-lzw.tif", "rgb.ppm", "rgba.webp",
                                           "tiled-half.exr", "window-zip.exr" };
     static const char *const outputs[] = { "m.png", "m.tif", "m.jpg", "m.exr" };
-    static const char *const pavements[] = { "m.svg", "n.png", "m.json" };
+    static const char *const pavements[] = { "m.svg", "n.png", "m.json", "m.stones" };
     for (size_t i = 0; i < sizeof inputs / sizeof *inputs; i++)
         sweep(reading_job, sample(inputs[i]));
     pave_image *image = make(30, 40, 3, PAVE_U8, PAVE_DISPLAY, -1, NULL);
@@ -566,6 +629,8 @@ static void survives_lack_of_memory(void **state)
         sweep(writing_job, in_folder(outputs[i]));
     for (size_t i = 0; i < sizeof pavements / sizeof *pavements; i++)
         sweep(stones_job, in_folder(pavements[i]));
+    sweep(stones_reading_job, in_folder("m.svg"));
+    sweep(stones_reading_job, in_folder("m.stones"));
     assert_int_equal(end_capture(), 0);
     pave_image_free(&image);
 }
@@ -877,6 +942,7 @@ int main(void)
         cmocka_unit_test(clear_sentences),
         cmocka_unit_test(keeps_limits),
         cmocka_unit_test(hostile_files),
+        cmocka_unit_test(drawings_are_their_images),
         cmocka_unit_test(damaged_samples),
         cmocka_unit_test(survives_lack_of_memory),
         cmocka_unit_test(writes_svg),
