@@ -50,7 +50,7 @@ static pave_result trace(pave_context *context, const pave_image *drawing, const
     pv_pieces pieces;
     pv_net net = { 0 };
     pv_outline outline = { 0 };
-    pv_tess_place place = { cvd->place.x, cvd->place.y, cvd->scale };
+    pv_tess_place place = { cvd->place.x, cvd->place.y, cvd->scale, cvd->params.half_side };
     pave_result result = split(context, drawing, cvd, params->thin == PAVE_THIN_DROP, &pieces);
     if (!result)
         result = pv_net_trace(context, &pieces, &net);
