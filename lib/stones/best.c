@@ -64,54 +64,82 @@ static pave_result trace(pave_context *context, const pave_image *drawing, const
     return result;
 }
 
-/* Stones of all faces, before they are put one after the other. */
+/* Stones of all faces, before they are put one after the other: up to two a face. */
 typedef struct quarry {
     const pave_stones_params *params;
     const pave_cvd *cvd;
     const pv_tess *tess;
-    pv_cell *corner;  /* of face f from tess->first[f] on */
-    int32_t *count;   /* of face f; 0: no stone */
-    uint8_t *cut;     /* the joint took corners, or all */
+    pv_cell *corner;     /* of face f from 3 * tess->first[f] on */
+    int32_t (*count)[2]; /* of face f; 0: no stone */
+    uint8_t *cut;        /* stones that the joint took corners of, or all */
 } quarry;
 
 enum { TASK = 256 };
 
-static int32_t cut_stone(const quarry *q, int32_t face, pv_cell *out)
+#define MOST_LOSS 0.11 /* of a cell's area, for a stone of four corners */
+
+/* The stones of a cell, one after the other. */
+static void cut_cell(const pv_stone_cell *cell, pv_cell *out, int32_t counts[2])
 {
-    pv_cell ring[PV_STONE_MOST];
+    pv_cell first[PV_STONE_MOST], second[PV_STONE_MOST];
     uint8_t corner[PV_STONE_MOST];
-    const pv_tess *tess = q->tess;
-    int32_t count = pv_tess_ring(tess, face, ring, PV_STONE_MOST);
-    for (int32_t i = 0; i < count && count <= PV_STONE_MOST; i++)
-        corner[i] = (uint8_t)pv_is_corner(tess, tess->first[face] + i);
-    pv_stone_cell cell = { count, ring, corner };
-    return pv_stone_inscribe(&cell, 0.06, out);
+    counts[0] = pv_stone_fit(cell, MOST_LOSS, out);
+    counts[1] = 0;
+    if (counts[0])
+        return;
+    if (!pv_stone_part(cell, MOST_LOSS, first, second, counts)) {
+        counts[0] = pv_stone_inscribe(cell, MOST_LOSS, out);
+        return;
+    }
+    pv_stone_mark(first, counts[0], corner);
+    pv_stone_cell a = { counts[0], first, corner };
+    counts[0] = pv_stone_fit(&a, MOST_LOSS, out);
+    pv_stone_mark(second, counts[1], corner);
+    pv_stone_cell b = { counts[1], second, corner };
+    counts[1] = pv_stone_fit(&b, MOST_LOSS, out + counts[0]);
 }
 
-static void cut_stones(void *data, int32_t task, int32_t worker)
+static int32_t open_joints(const quarry *q, pv_cell *stone, int32_t count)
+{
+    double way = q->params->grout / 2 * PV_GRID;
+    return q->params->joint_style == PAVE_JOINT_PAPER ? pv_stone_draw_in(stone, count, way)
+                                                      : pv_stone_offset(stone, count, way);
+}
+
+static void cut_face(const quarry *q, int32_t f)
+{
+    pv_cell ring[PV_STONE_MOST], stones[2 * PV_STONE_MOST], *out = q->corner + 3 * q->tess->first[f];
+    uint8_t corner[PV_STONE_MOST];
+    int32_t before[2] = { 0, 0 }, count = pv_tess_ring(q->tess, f, ring, PV_STONE_MOST);
+    if (count > PV_STONE_MOST)
+        return;
+    for (int32_t i = 0; i < count; i++)
+        corner[i] = (uint8_t)pv_is_corner(q->tess, q->tess->first[f] + i);
+    pv_stone_cell cell = { count, ring, corner };
+    cut_cell(&cell, stones, before);
+    for (int k = 0; k < 2 && before[k]; k++) {
+        pv_cell *stone = stones + (k ? before[0] : 0);
+        int32_t after = open_joints(q, stone, before[k]);
+        q->cut[f] += after < before[k];
+        q->count[f][k] = after;
+        memcpy(out, stone, (size_t)after * sizeof *stone);
+        out += after;
+    }
+}
+
+static void cut_faces(void *data, int32_t task, int32_t worker)
 {
     const quarry *q = data;
-    double way = q->params->grout / 2 * PV_GRID;
     (void)worker;
-    for (int32_t f = task * TASK; f < (task + 1) * TASK && f < q->tess->face_count; f++) {
-        pv_cell stone[PV_STONE_MOST];
-        q->count[f] = 0;
-        q->cut[f] = 0;
-        if (!q->cvd->mine[q->tess->label[f]])
-            continue;
-        int32_t before = cut_stone(q, f, stone);
-        int32_t count = q->params->joint_style == PAVE_JOINT_PAPER ? pv_stone_draw_in(stone, before, way)
-                                                                   : pv_stone_offset(stone, before, way);
-        q->count[f] = count;
-        q->cut[f] = count < before;
-        memcpy(q->corner + q->tess->first[f], stone, (size_t)count * sizeof *stone);
-    }
+    for (int32_t f = task * TASK; f < (task + 1) * TASK && f < q->tess->face_count; f++)
+        if (q->cvd->mine[q->tess->label[f]])
+            cut_face(q, f);
 }
 
 static pave_result allocate(pave_context *context, const pv_tess *tess, pave_stones *out)
 {
     pave_result result = PAVE_OK;
-    size_t n = (size_t)tess->face_count, corners = (size_t)tess->first[n];
+    size_t n = 2 * (size_t)tess->face_count, corners = 3 * (size_t)tess->first[tess->face_count];
     out->starts = pv_allocate_zeroed(context, n + 1, sizeof *out->starts, &result);
     if (!result)
         out->vertices = pv_allocate(context, corners, 2 * sizeof *out->vertices, &result);
@@ -130,17 +158,17 @@ static pv_cell shift_of(const pave_cvd *cvd, int32_t site)
                       (int32_t)((int64_t)s.y * PV_GRID / (256 * cvd->scale)) };
 }
 
-static void add_stone(const quarry *q, int32_t face, pave_stones *out)
+static void add_stone(const quarry *q, int32_t face, int k, pave_stones *out)
 {
-    int64_t at = out->starts[out->count], from = q->tess->first[face];
+    int64_t at = out->starts[out->count], from = 3 * q->tess->first[face] + (k ? q->count[face][0] : 0);
     pv_cell shift = shift_of(q->cvd, q->tess->label[face]);
-    for (int32_t i = 0; i < q->count[face]; i++) {
+    for (int32_t i = 0; i < q->count[face][k]; i++) {
         out->vertices[2 * (at + i)] = (double)(q->corner[from + i].x - shift.x) / PV_GRID;
         out->vertices[2 * (at + i) + 1] = (double)(q->corner[from + i].y - shift.y) / PV_GRID;
     }
     out->colours[out->count] = q->tess->colour[face];
     out->sites[out->count] = q->cvd->numbers[q->tess->label[face]];
-    out->starts[++out->count] = at + q->count[face];
+    out->starts[++out->count] = at + q->count[face][k];
 }
 
 static void count_cells(const quarry *q, pave_stones *out)
@@ -153,8 +181,8 @@ static void count_cells(const quarry *q, pave_stones *out)
         for (int64_t p = tess->first[f]; p < tess->first[f + 1]; p++)
             junctions += !(tess->kind[tess->corner[p]] & PV_BEND);
         pv_count_cell(&out->report, junctions);
-        out->report.vanished += !q->count[f];
-        out->report.reduced += q->count[f] && q->cut[f];
+        out->report.vanished += !q->count[f][0] && !q->count[f][1];
+        out->report.reduced += q->cut[f];
     }
 }
 
@@ -163,16 +191,17 @@ static pave_result isolate(pave_context *context, const pave_cvd *cvd, const pv_
     quarry q = { &out->params, cvd, tess, NULL, NULL, NULL };
     pave_result result = allocate(context, tess, out);
     if (!result)
-        q.corner = pv_allocate(context, (size_t)tess->first[tess->face_count], sizeof *q.corner, &result);
+        q.corner = pv_allocate(context, 3 * (size_t)tess->first[tess->face_count], sizeof *q.corner, &result);
     if (!result)
-        q.count = pv_allocate(context, (size_t)tess->face_count, sizeof *q.count, &result);
+        q.count = pv_allocate_zeroed(context, (size_t)tess->face_count, sizeof *q.count, &result);
     if (!result)
-        q.cut = pv_allocate(context, (size_t)tess->face_count, sizeof *q.cut, &result);
+        q.cut = pv_allocate_zeroed(context, (size_t)tess->face_count, sizeof *q.cut, &result);
     if (!result)
-        result = pv_parallel(context, (tess->face_count + TASK - 1) / TASK, cut_stones, &q, 0.8, 0.98);
+        result = pv_parallel(context, (tess->face_count + TASK - 1) / TASK, cut_faces, &q, 0.8, 0.98);
     for (int32_t f = 0; f < tess->face_count && !result; f++)
-        if (q.count[f])
-            add_stone(&q, f, out);
+        for (int k = 0; k < 2; k++)
+            if (q.count[f][k])
+                add_stone(&q, f, k, out);
     if (!result)
         count_cells(&q, out);
     pv_release(q.corner);
