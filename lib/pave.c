@@ -7,6 +7,8 @@
 
 #include <pave/pave.h>
 
+#include <math.h>
+
 extern const pv_table pv_stream_table; /* stream.c */
 
 static const pave_lay_params default_params = PAVE_LAY_PARAMS_INIT;
@@ -68,6 +70,9 @@ static pave_result make_diagram(pave_context *context, const pave_lay_params *pa
     pave_result result = pv_params_read(context, &pv_cvd_table, params->cvd, &cvd);
     if (!result)
         result = pv_params_read(context, &pv_stones_table, params->stones, &stones);
+    if (!cvd.supersample)
+        cvd.supersample = pv_stones_supersample(&stones);
+    cvd.window_margin = fmax(cvd.window_margin, pv_stones_margin_guess(1, &stones));
     while (!result && !work->cvd) {
         result = pave_cvd_create(context, work->field, &cvd, &work->cvd);
         if (result)

@@ -54,6 +54,9 @@ static pave_result read_params(pv_stream *s, const pave_lay_params *given)
         result = pv_params_read(context, &pv_cvd_table, params->cvd, &s->plan.cvd);
     if (!result)
         result = pv_params_read(context, &pv_stones_table, params->stones, &s->plan.stones);
+    if (!s->plan.cvd.supersample)
+        s->plan.cvd.supersample = pv_stones_supersample(&s->plan.stones);
+    s->plan.cvd.window_margin = fmax(s->plan.cvd.window_margin, pv_stones_margin_guess(1, &s->plan.stones));
     if (!result && s->plan.cvd.until_still > 0)
         result = pv_fail(context, PAVE_ERR_ARGUMENT,
                          "until_still looks at all sites of a plane: it is not for what is laid window by window");
