@@ -4,6 +4,7 @@
 #include "field/field.h"
 #include "image/bitmap.h"
 #include "stones/stones.h"
+#include "tiling/tiling.h"
 
 #include <pave/pave.h>
 
@@ -31,6 +32,7 @@ static const pv_table *find_table(int32_t table)
     case PAVE_PARAMS_STREAM: return &pv_stream_table;
     case PAVE_PARAMS_PALETTE: return &pv_palette_table;
     case PAVE_PARAMS_MEASURE: return &pv_measure_table;
+    case PAVE_PARAMS_TILING: return &pv_tiling_table;
     default: return NULL;
     }
 }

@@ -1,0 +1,63 @@
+/* Search: how much a block differs from what lies at every place of the bank (Eq. 1), in whole numbers. */
+#pragma once
+
+#include "base/parallel.h"
+#include "tiling/bank.h"
+
+enum { PV_TAP = 16 /* values that are compared at once */ };
+
+/* A run of values of the block: where it lies from the block's first one, what is there, and what of it counts. */
+typedef struct pv_tap {
+    int32_t shift, unused[7];
+    int16_t value[PV_TAP], mask[PV_TAP];
+} pv_tap;
+
+/* The block searched for. */
+typedef struct pv_query {
+    const pv_bank *bank;
+    int32_t width, height; /* px */
+    int32_t most;          /* px there is room for */
+    int16_t *value;        /* as many a pixel as the bank has */
+    uint8_t *counts;       /* which pixels do */
+    pv_tap *taps;
+    int32_t tap_count;
+} pv_query;
+
+pave_result pv_query_create(pave_context *context, const pv_bank *bank, int32_t most_width, int32_t most_height,
+                            pv_query *out);
+void pv_query_free(pv_query *query);
+
+/* Makes a block of this size with nothing in it that counts; value and counts are then to be set, and after that
+ * pv_query_end called. */
+void pv_query_begin(pv_query *query, int32_t width, int32_t height);
+void pv_query_end(pv_query *query);
+
+/* Sets a pixel to what lies at a place. */
+void pv_query_set(pv_query *query, int32_t x, int32_t y, int32_t place);
+
+/* A part of a sheet, of places for the block's first pixel. */
+typedef struct pv_field_of_search {
+    const pv_sheet *sheet;
+    int32_t x, y, across, down;
+} pv_places;
+
+/* The places of a sheet where the block has room; none: across is 0. */
+pv_places pv_places_all(const pv_sheet *sheet, int32_t width, int32_t height);
+
+/* One difference; anything from `bound` on may be told instead if it is not less than that. */
+typedef int64_t pv_compare(const pv_query *query, int32_t place, int64_t bound);
+pv_compare pv_compare_reference, pv_compare_portable;
+#ifdef __x86_64__
+#define PV_SEARCH_AVX2 1
+pv_compare pv_compare_avx2;
+#endif
+pv_compare *pv_compare_choose(int32_t search);
+
+/* The differences at `places`, row by row; PV_NO_PLACE where a pixel of the block would not be usable. */
+#define PV_NO_PLACE INT64_MAX
+void pv_search_all(const pv_query *query, pv_places places, pv_compare *compare, int64_t *out);
+
+/* The place with the least difference, the first in scan order among equals, over all sheets; -1: there is none.
+ * Works with all threads. `bound`, if not NULL, gets the difference. */
+pave_result pv_search_least(pave_context *context, const pv_query *query, int32_t search, int32_t *place,
+                            int64_t *difference);
