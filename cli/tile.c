@@ -40,6 +40,67 @@ static pave_result write_picture(pave_context *context, const tile_work *work, p
     return result;
 }
 
+static int is_json(const char *path)
+{
+    size_t length = strlen(path);
+    return length > 4 && !strcmp(path + length - 5, ".json");
+}
+
+static pave_result write_report(pave_context *context, const cli_command *command, const tile_work *work,
+                                const char *path)
+{
+    pave_tiling_measure measure = { .size = sizeof measure };
+    pave_result result = pave_tiling_judge(context, work->tiling, as_images((pave_image **)work->exemplars),
+                                           command->input_count, &measure);
+    return result ? result : pave_tiling_write(context, work->tiling, &measure, path);
+}
+
+/* "normal.png=normal-out.png", or "a.png,b.png=out.png" for two exemplars. */
+static pave_result apply_maps(pave_context *context, const cli_command *command, const tile_work *work, char *text)
+{
+    pave_image *maps[MOST_FILES] = { NULL };
+    char *to = strrchr(text, '=');
+    int count = 0;
+    pave_result result = PAVE_OK;
+    *to++ = 0;
+    for (char *name = strtok(text, ","); name && !result && count < command->input_count; name = strtok(NULL, ","))
+        result = read_image(context, name, &maps[count++]);
+    if (!result)
+        result = write_picture(context, work, maps, count, to);
+    for (int i = 0; i < count; i++)
+        pave_image_free(&maps[i]);
+    return result;
+}
+
+static pave_result write_sources(pave_context *context, const tile_work *work, const char *path)
+{
+    pave_image *sources = NULL;
+    pave_result result = pave_tiling_source_image(context, work->tiling, &sources);
+    if (!result)
+        result = pave_image_write(context, sources, path);
+    pave_image_free(&sources);
+    return result;
+}
+
+static pave_result write_outputs(const cli_command *command, pave_context *context, const tile_work *work)
+{
+    const cli_named *apply = &command->named[APPLY], *sources = &command->named[SOURCES];
+    pave_result result = PAVE_OK;
+    phase(0.9, 1);
+    for (int i = 0; i < command->output_count && !result; i++)
+        result = is_json(command->output[i])
+                     ? write_report(context, command, work, command->output[i])
+                     : write_picture(context, work, (pave_image **)work->exemplars, command->input_count,
+                                     command->output[i]);
+    for (int i = 0; i < apply->count && !result; i++)
+        result = apply_maps(context, command, work, (char *)apply->value[i]);
+    if (!result && sources->count)
+        result = write_sources(context, work, sources->value[0]);
+    if (!result && command->wants_json)
+        result = write_report(context, command, work, "-");
+    return result;
+}
+
 static int run(const cli_command *command, pave_context *context, const pave_tiling_params *params, tile_work *work)
 {
     pave_result result = read_inputs(command, context, work);
@@ -50,9 +111,7 @@ static int run(const cli_command *command, pave_context *context, const pave_til
                                 &work->tiling);
     if (result)
         return exit_code(result, WHILE_WORKING);
-    for (int i = 0; i < command->output_count && !result; i++)
-        result = write_picture(context, work, work->exemplars, command->input_count, command->output[i]);
-    return exit_code(result, WHILE_WRITING);
+    return exit_code(write_outputs(command, context, work), WHILE_WRITING);
 }
 
 int tile_main(int argc, char **argv)

@@ -63,3 +63,22 @@ pave_result pave_tiling_apply(pave_context *context, const pave_tiling *tiling, 
         copy_pixels(tiling, images, *out);
     return result;
 }
+
+pave_result pave_tiling_source_image(pave_context *context, const pave_tiling *tiling, pave_image **out)
+{
+    if (out)
+        *out = NULL;
+    if (!context || !tiling || !out)
+        return PAVE_ERR_ARGUMENT;
+    pave_image_params params = PAVE_IMAGE_PARAMS_INIT;
+    params.width = tiling->width;
+    params.height = tiling->height;
+    params.channels = 4;
+    params.type = PAVE_U32;
+    params.encoding = PAVE_DATA;
+    params.names = "exemplar,x,y,turn";
+    pave_result result = pv_image_new(context, &params, out);
+    if (!result)
+        memcpy((*out)->pixels, tiling->sources, (size_t)tiling->width * (size_t)tiling->height * sizeof(pave_source));
+    return result;
+}

@@ -64,5 +64,9 @@ typedef struct pv_grey {
 pave_result pv_joints_find(pave_context *context, const pv_grey *grey, uint8_t *joint, int32_t *distance,
                            double *feature);
 
+/* The sum of the squared sizes of the areas between joints. */
+pave_result pv_joints_areas(pave_context *context, int32_t width, int32_t height, const uint8_t *joint,
+                            double *squares);
+
 /* The mean of a square of 2 * radius + 1 px around every pixel, cut off at the border; `out` has no stride. */
 pave_result pv_box_mean(pave_context *context, const pv_grey *grey, int32_t radius, int32_t *out);

@@ -208,3 +208,21 @@ pave_result pv_joints_find(pave_context *context, const pv_grey *grey, uint8_t *
     pv_release(inner);
     return result;
 }
+
+pave_result pv_joints_areas(pave_context *context, int32_t width, int32_t height, const uint8_t *joint,
+                            double *squares)
+{
+    pave_result result = PAVE_OK;
+    size_t n = (size_t)width * (size_t)height;
+    uint8_t *seen = pv_allocate_zeroed(context, n, 1, &result);
+    int32_t *queue = result ? NULL : pv_allocate(context, n, sizeof *queue, &result);
+    *squares = 0;
+    for (int32_t i = 0; !result && i < (int32_t)n; i++)
+        if (!joint[i] && !seen[i]) {
+            double count = flood(joint, width, height, i, seen, queue);
+            *squares += count * count;
+        }
+    pv_release(seen);
+    pv_release(queue);
+    return result;
+}
