@@ -55,7 +55,7 @@ static int must_stay(const work *w, int32_t x, int32_t y)
 static void begin_pixel(const work *w, int32_t x, int32_t y, pv_price *price, const void *data)
 {
     pv_flow *flow = &w->cut->flow;
-    int32_t old = laid(w, x, y), new = fresh(w, x, y), *terminal = &flow->terminal[pv_flow_node(flow, x, y)];
+    int32_t old = laid(w, x, y), new = fresh(w, x, y), *terminal = &flow->node[pv_flow_node(flow, x, y)].terminal;
     w->cut->unlike[y * w->area.width + x] = old < 0 || old == new ? 0 : pv_differ(w->canvas->bank, old, new);
     if (must_stay(w, x, y))
         *terminal = -PV_MUST;
@@ -72,7 +72,7 @@ static void join(const work *w, int32_t x, int32_t y, int way)
     pv_flow *flow = &w->cut->flow;
     int32_t u = x + (way == PV_RIGHT), v = y + (way == PV_DOWN), step = way == PV_RIGHT ? 1 : bank->stride;
     int32_t p = laid(w, x, y), q = laid(w, u, v), np = fresh(w, x, y), nq = np + step;
-    int32_t *tp = &flow->terminal[pv_flow_node(flow, x, y)], *tq = &flow->terminal[pv_flow_node(flow, u, v)];
+    int32_t *tp = &flow->node[pv_flow_node(flow, x, y)].terminal, *tq = &flow->node[pv_flow_node(flow, u, v)].terminal;
     if (p < 0 && q < 0)
         return;
     int32_t unlike_p = w->cut->unlike[y * w->area.width + x], unlike_q = w->cut->unlike[v * w->area.width + u];
@@ -90,7 +90,7 @@ static void join(const work *w, int32_t x, int32_t y, int way)
     int32_t none = pv_seam(bank, p, q, step), arc = only_p + only_q - none;
     *tp -= only_p - none;
     *tq += only_p;
-    flow->capacity[way ^ 2][pv_flow_node(flow, u, v)] = arc > 0 ? arc : 0;
+    flow->node[pv_flow_node(flow, u, v)].capacity[way ^ 2] = arc > 0 ? arc : 0;
 }
 
 /* A neighbour outside of the area stays what it is. */
@@ -105,7 +105,7 @@ static void join_outside(const work *w, int32_t x, int32_t y, int way)
     if (p < 0 || q < 0)
         return;
     int32_t step = dx[way] + dy[way] * bank->stride;
-    w->cut->flow.terminal[pv_flow_node(&w->cut->flow, x, y)] +=
+    w->cut->flow.node[pv_flow_node(&w->cut->flow, x, y)].terminal +=
         pv_seam(bank, p, q, step) - pv_seam(bank, np, q, step);
 }
 
@@ -143,7 +143,7 @@ int64_t pv_cut_find(pv_cut *cut, const pv_canvas *canvas, pv_area area, int32_t 
     pv_flow_solve(&cut->flow);
     for (int32_t y = 0; y < area.height; y++)
         for (int32_t x = 0; x < area.width; x++) {
-            int32_t node = pv_flow_node(&cut->flow, x, y), left = cut->flow.terminal[node];
+            int32_t node = pv_flow_node(&cut->flow, x, y), left = cut->flow.node[node].terminal;
             cut->taken[y * area.width + x] = (uint8_t)pv_flow_chosen(&cut->flow, node);
             gain += left > 0 ? left : 0;
         }

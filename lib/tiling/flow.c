@@ -10,14 +10,7 @@ enum { QUEUED_LAST = -1, NOT_QUEUED = -2 };
 
 void pv_flow_free(pv_flow *flow)
 {
-    pv_release(flow->terminal);
-    for (int way = 0; way < PV_WAYS; way++)
-        pv_release(flow->capacity[way]);
-    pv_release(flow->tree);
-    pv_release(flow->parent);
-    pv_release(flow->stamp);
-    pv_release(flow->distance);
-    pv_release(flow->next);
+    pv_release(flow->node);
     pv_release(flow->orphan);
     memset(flow, 0, sizeof *flow);
 }
@@ -27,16 +20,11 @@ pave_result pv_flow_create(pave_context *context, int32_t most_width, int32_t mo
     pave_result result = PAVE_OK;
     size_t nodes = ((size_t)most_width + 2) * ((size_t)most_height + 2);
     memset(out, 0, sizeof *out);
-    int32_t **arrays[] = { &out->terminal,    &out->capacity[0], &out->capacity[1], &out->capacity[2],
-                           &out->capacity[3], &out->stamp,       &out->distance,    &out->next,
-                           &out->orphan };
-    for (size_t i = 0; i < sizeof arrays / sizeof *arrays && !result; i++)
-        *arrays[i] = pv_allocate(context, nodes, sizeof(int32_t), &result);
+    if (nodes > PV_MOST_NODES)
+        return pv_fail(context, PAVE_ERR_INTERNAL, "a cut of %zu nodes", nodes);
+    out->node = pv_allocate(context, nodes, sizeof *out->node, &result);
     if (!result)
-        out->tree = pv_allocate(context, nodes, 1, &result);
-    if (!result)
-        out->parent = pv_allocate(context, nodes, 1, &result);
-    out->most = (int32_t)nodes;
+        out->orphan = pv_allocate(context, nodes, sizeof *out->orphan, &result);
     if (result)
         pv_flow_free(out);
     return result;
@@ -52,10 +40,7 @@ void pv_flow_begin(pv_flow *flow, int32_t width, int32_t height)
     flow->step[PV_DOWN] = flow->stride;
     flow->step[PV_LEFT] = -1;
     flow->step[PV_UP] = -flow->stride;
-    size_t n = (size_t)flow->nodes;
-    memset(flow->terminal, 0, n * sizeof(int32_t));
-    for (int way = 0; way < PV_WAYS; way++)
-        memset(flow->capacity[way], 0, n * sizeof(int32_t));
+    memset(flow->node, 0, (size_t)flow->nodes * sizeof *flow->node);
 }
 
 static inline int back(int way)
@@ -66,16 +51,16 @@ static inline int back(int way)
 /* What can still flow from a node's parent's side to it, over the arc in direction `way`. */
 static inline int32_t arc_to_parent(const pv_flow *f, int32_t node, int way, int tree)
 {
-    return tree == SOURCE ? f->capacity[back(way)][node + f->step[way]] : f->capacity[way][node];
+    return tree == SOURCE ? f->node[node + f->step[way]].capacity[back(way)] : f->node[node].capacity[way];
 }
 
 static void activate(pv_flow *f, int32_t node)
 {
-    if (f->next[node] != NOT_QUEUED)
+    if (f->node[node].next != NOT_QUEUED)
         return;
-    f->next[node] = QUEUED_LAST;
+    f->node[node].next = QUEUED_LAST;
     if (f->last >= 0)
-        f->next[f->last] = node;
+        f->node[f->last].next = node;
     else
         f->first = node;
     f->last = node;
@@ -85,10 +70,10 @@ static int32_t next_active(pv_flow *f)
 {
     while (f->first >= 0) {
         int32_t node = f->first;
-        if (f->tree[node] != FREE)
+        if (f->node[node].tree != FREE)
             return node;
-        f->first = f->next[node];
-        f->next[node] = NOT_QUEUED;
+        f->first = f->node[node].next;
+        f->node[node].next = NOT_QUEUED;
         if (f->first < 0)
             f->last = -1;
     }
@@ -97,53 +82,50 @@ static int32_t next_active(pv_flow *f)
 
 static void done_with(pv_flow *f, int32_t node)
 {
-    f->first = f->next[node];
-    f->next[node] = NOT_QUEUED;
+    f->first = f->node[node].next;
+    f->node[node].next = NOT_QUEUED;
     if (f->first < 0)
         f->last = -1;
 }
 
 static void plant(pv_flow *f)
 {
-    size_t n = (size_t)f->nodes;
-    memset(f->tree, FREE, n);
-    memset(f->parent, NOBODY, n);
-    memset(f->stamp, 0, n * sizeof *f->stamp);
     f->first = f->last = -1;
     f->orphans = f->time = 0;
-    for (int32_t i = 0; i < f->nodes; i++)
-        f->next[i] = NOT_QUEUED;
     for (int32_t i = 0; i < f->nodes; i++) {
-        if (!f->terminal[i])
-            continue;
-        f->tree[i] = f->terminal[i] > 0 ? SOURCE : SINK;
-        f->parent[i] = ROOT;
-        f->distance[i] = 1;
-        activate(f, i);
+        pv_node *node = &f->node[i];
+        node->tree = node->terminal > 0 ? SOURCE : node->terminal < 0 ? SINK : FREE;
+        node->parent = node->tree == FREE ? NOBODY : ROOT;
+        node->next = NOT_QUEUED;
+        node->stamp = 0;
+        node->distance = 1;
     }
+    for (int32_t i = 0; i < f->nodes; i++)
+        if (f->node[i].tree != FREE)
+            activate(f, i);
 }
 
 /* Lets the tree of `node` take its free neighbours. Returns the way to a neighbour in the other tree, or NOBODY. */
 static int grow(pv_flow *f, int32_t node)
 {
-    int tree = f->tree[node];
+    int tree = f->node[node].tree;
     for (int way = 0; way < PV_WAYS; way++) {
         int32_t other = node + f->step[way];
-        int32_t room = tree == SOURCE ? f->capacity[way][node] : f->capacity[back(way)][other];
+        int32_t room = tree == SOURCE ? f->node[node].capacity[way] : f->node[other].capacity[back(way)];
         if (!room)
             continue;
-        if (f->tree[other] == FREE) {
-            f->tree[other] = (uint8_t)tree;
-            f->parent[other] = (uint8_t)back(way);
-            f->stamp[other] = f->stamp[node];
-            f->distance[other] = f->distance[node] + 1;
+        if (f->node[other].tree == FREE) {
+            f->node[other].tree = (uint8_t)tree;
+            f->node[other].parent = (uint8_t)back(way);
+            f->node[other].stamp = f->node[node].stamp;
+            f->node[other].distance = f->node[node].distance + 1;
             activate(f, other);
-        } else if (f->tree[other] != tree) {
+        } else if (f->node[other].tree != tree) {
             return way;
-        } else if (f->stamp[other] <= f->stamp[node] && f->distance[other] > f->distance[node] + 1) {
-            f->parent[other] = (uint8_t)back(way); /* a shorter way to the root */
-            f->stamp[other] = f->stamp[node];
-            f->distance[other] = f->distance[node] + 1;
+        } else if (f->node[other].stamp <= f->node[node].stamp && f->node[other].distance > f->node[node].distance + 1) {
+            f->node[other].parent = (uint8_t)back(way); /* a shorter way to the root */
+            f->node[other].stamp = f->node[node].stamp;
+            f->node[other].distance = f->node[node].distance + 1;
         }
     }
     return NOBODY;
@@ -151,48 +133,48 @@ static int grow(pv_flow *f, int32_t node)
 
 static int32_t narrowest(const pv_flow *f, int32_t node, int32_t least)
 {
-    int tree = f->tree[node];
-    for (; f->parent[node] != ROOT; node += f->step[f->parent[node]]) {
-        int32_t room = arc_to_parent(f, node, f->parent[node], tree);
+    int tree = f->node[node].tree;
+    for (; f->node[node].parent != ROOT; node += f->step[f->node[node].parent]) {
+        int32_t room = arc_to_parent(f, node, f->node[node].parent, tree);
         least = room < least ? room : least;
     }
-    int32_t rest = tree == SOURCE ? f->terminal[node] : -f->terminal[node];
+    int32_t rest = tree == SOURCE ? f->node[node].terminal : -f->node[node].terminal;
     return rest < least ? rest : least;
 }
 
 static void make_orphan(pv_flow *f, int32_t node)
 {
-    f->parent[node] = NOBODY;
+    f->node[node].parent = NOBODY;
     f->orphan[f->orphans++] = node;
 }
 
 static void push(pv_flow *f, int32_t node, int32_t amount)
 {
-    int tree = f->tree[node];
-    while (f->parent[node] != ROOT) {
-        int way = f->parent[node];
+    int tree = f->node[node].tree;
+    while (f->node[node].parent != ROOT) {
+        int way = f->node[node].parent;
         int32_t parent = node + f->step[way];
-        int32_t *to = tree == SOURCE ? &f->capacity[back(way)][parent] : &f->capacity[way][node];
-        int32_t *from = tree == SOURCE ? &f->capacity[way][node] : &f->capacity[back(way)][parent];
+        int32_t *to = tree == SOURCE ? &f->node[parent].capacity[back(way)] : &f->node[node].capacity[way];
+        int32_t *from = tree == SOURCE ? &f->node[node].capacity[way] : &f->node[parent].capacity[back(way)];
         *to -= amount;
         *from += amount;
         if (!*to)
             make_orphan(f, node);
         node = parent;
     }
-    f->terminal[node] += tree == SOURCE ? -amount : amount;
-    if (!f->terminal[node])
+    f->node[node].terminal += tree == SOURCE ? -amount : amount;
+    if (!f->node[node].terminal)
         make_orphan(f, node);
 }
 
 static void augment(pv_flow *f, int32_t node, int way)
 {
     int32_t other = node + f->step[way];
-    int32_t from = f->tree[node] == SOURCE ? node : other, to = from == node ? other : node;
+    int32_t from = f->node[node].tree == SOURCE ? node : other, to = from == node ? other : node;
     int forth = from == node ? way : back(way);
-    int32_t amount = narrowest(f, to, narrowest(f, from, f->capacity[forth][from]));
-    f->capacity[forth][from] -= amount;
-    f->capacity[back(forth)][to] += amount;
+    int32_t amount = narrowest(f, to, narrowest(f, from, f->node[from].capacity[forth]));
+    f->node[from].capacity[forth] -= amount;
+    f->node[to].capacity[back(forth)] += amount;
     push(f, from, amount);
     push(f, to, amount);
 }
@@ -201,20 +183,20 @@ static void augment(pv_flow *f, int32_t node, int way)
 static int32_t root_distance(pv_flow *f, int32_t start)
 {
     int32_t node = start, walked = 0, distance;
-    while (f->stamp[node] != f->time && f->parent[node] < PV_WAYS) {
-        node += f->step[f->parent[node]];
+    while (f->node[node].stamp != f->time && f->node[node].parent < PV_WAYS) {
+        node += f->step[f->node[node].parent];
         walked++;
     }
-    if (f->stamp[node] == f->time)
-        distance = walked + f->distance[node];
-    else if (f->parent[node] == ROOT)
+    if (f->node[node].stamp == f->time)
+        distance = walked + f->node[node].distance;
+    else if (f->node[node].parent == ROOT)
         distance = walked + 1;
     else
         return 0;
-    for (int32_t left = distance, at = start; f->stamp[at] != f->time; at += f->step[f->parent[at]]) {
-        f->stamp[at] = f->time;
-        f->distance[at] = left--;
-        if (f->parent[at] == ROOT)
+    for (int32_t left = distance, at = start; f->node[at].stamp != f->time; at += f->step[f->node[at].parent]) {
+        f->node[at].stamp = f->time;
+        f->node[at].distance = left--;
+        if (f->node[at].parent == ROOT)
             break;
     }
     return distance;
@@ -223,26 +205,26 @@ static int32_t root_distance(pv_flow *f, int32_t start)
 /* Neighbours of a node that becomes free: those that could take it grow again, its children are orphans too. */
 static void let_go(pv_flow *f, int32_t node)
 {
-    int tree = f->tree[node];
-    f->tree[node] = FREE;
+    int tree = f->node[node].tree;
+    f->node[node].tree = FREE;
     for (int way = 0; way < PV_WAYS; way++) {
         int32_t other = node + f->step[way];
-        if (f->tree[other] != tree)
+        if (f->node[other].tree != tree)
             continue;
         if (arc_to_parent(f, node, way, tree))
             activate(f, other);
-        if (f->parent[other] < PV_WAYS && other + f->step[f->parent[other]] == node)
+        if (f->node[other].parent < PV_WAYS && other + f->step[f->node[other].parent] == node)
             make_orphan(f, other);
     }
 }
 
 static void adopt(pv_flow *f, int32_t node)
 {
-    int tree = f->tree[node], chosen = NOBODY;
+    int tree = f->node[node].tree, chosen = NOBODY;
     int32_t least = INT32_MAX;
     for (int way = 0; way < PV_WAYS; way++) {
         int32_t other = node + f->step[way];
-        if (f->tree[other] != tree || !arc_to_parent(f, node, way, tree))
+        if (f->node[other].tree != tree || !arc_to_parent(f, node, way, tree))
             continue;
         int32_t distance = root_distance(f, other);
         if (distance && distance < least) {
@@ -250,13 +232,13 @@ static void adopt(pv_flow *f, int32_t node)
             chosen = way;
         }
     }
-    f->parent[node] = (uint8_t)chosen;
+    f->node[node].parent = (uint8_t)chosen;
     if (chosen == NOBODY) {
         let_go(f, node);
         return;
     }
-    f->stamp[node] = f->time;
-    f->distance[node] = least + 1;
+    f->node[node].stamp = f->time;
+    f->node[node].distance = least + 1;
 }
 
 void pv_flow_solve(pv_flow *flow)

@@ -6,6 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+static int32_t level(const pv_bank *bank, int32_t place)
+{
+    return bank->white == PV_LEVELS - 1 ? bank->bright[place] : bank->bright[place] >> 4;
+}
+
 pave_result pv_coverage_create(pave_context *context, const pv_bank *bank, double weight, pv_coverage *out)
 {
     pave_result result;
@@ -19,9 +24,14 @@ pave_result pv_coverage_create(pave_context *context, const pv_bank *bank, doubl
         pv_coverage_free(out);
         return result;
     }
+    out->bank = bank;
     for (int32_t i = 0; i < bank->pixels; i++)
-        if (bank->usable[i] && bank->home[i] == i)
+        if (bank->usable[i] && bank->home[i] == i) {
             out->room[bank->cell[i]]++;
+            out->level_share[level(bank, i)] += 1.0 / (double)bank->usable_count;
+        }
+    for (int32_t i = 1; i < PV_LEVELS; i++)
+        out->level_share[i] += out->level_share[i - 1];
     return PAVE_OK;
 }
 
@@ -33,17 +43,34 @@ void pv_coverage_free(pv_coverage *coverage)
     memset(coverage, 0, sizeof *coverage);
 }
 
+/* Where the result has more that is as dark as a level, or darker, than the exemplar, a darker pixel makes it worse: the
+ * slope of the squared difference of their distributions. */
+static void price_levels(pv_coverage *coverage, const int32_t *count, int64_t laid)
+{
+    int64_t below[PV_LEVELS], sum = 0;
+    double slope = 0;
+    for (int32_t i = 0; i < PV_LEVELS; i++)
+        below[i] = sum += count[i];
+    for (int32_t i = PV_LEVELS - 1; i >= 0; i--) {
+        slope += laid ? (double)below[i] / (double)laid - coverage->level_share[i] : 0;
+        coverage->level_price[i] = (int32_t)(2 * coverage->weight * PV_COST_UNIT * slope);
+    }
+}
+
 /* A cell that is used as often as others costs nothing, one never used less, one used twice as often more. */
 void pv_coverage_count(pv_coverage *coverage, const pv_canvas *canvas)
 {
     const pv_bank *bank = canvas->bank;
+    int32_t levels[PV_LEVELS] = { 0 };
     int64_t laid = 0;
     memset(coverage->count, 0, (size_t)bank->cells * sizeof *coverage->count);
     for (int64_t i = 0; i < (int64_t)canvas->width * canvas->height; i++)
         if (canvas->source[i] >= 0) {
             coverage->count[bank->cell[canvas->source[i]]]++;
+            levels[level(bank, canvas->source[i])]++;
             laid++;
         }
+    price_levels(coverage, levels, laid);
     double even = (double)laid / (double)bank->usable_count;
     for (int32_t i = 0; i < bank->cells; i++) {
         double use = even > 0 && coverage->room[i] ? coverage->count[i] / (even * coverage->room[i]) : 1;
@@ -163,7 +190,8 @@ static int32_t guide_price(const pv_prices *prices, int32_t x, int32_t y, int32_
 
 int32_t pv_price_of(const pv_prices *prices, int32_t x, int32_t y, int32_t place)
 {
-    int32_t price = prices->coverage->price[prices->repeats->canvas->bank->cell[place]];
+    const pv_coverage *coverage = prices->coverage;
+    int32_t price = coverage->price[coverage->bank->cell[place]] + coverage->level_price[level(coverage->bank, place)];
     price += repeat_price(prices->repeats, x, y, place);
     return prices->repeats->canvas->guide ? price + guide_price(prices, x, y, place) : price;
 }

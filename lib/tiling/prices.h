@@ -3,8 +3,12 @@
 
 #include "tiling/tiling.h"
 
-/* How evenly the exemplar is used: the price of each of its cells, as the canvas is now. */
+/* How evenly the exemplar is used: the price of each of its cells, and of each brightness, as the canvas is now. */
+enum { PV_LEVELS = 256 };
 typedef struct pv_coverage {
+    const pv_bank *bank;
+    int32_t level_price[PV_LEVELS];
+    double level_share[PV_LEVELS]; /* of the exemplars' pixels, up to each level */
     int32_t *price;
     int32_t *count;
     int32_t *room; /* usable pixels of each cell */
