@@ -1,6 +1,8 @@
 /* Applying: images laid as a tiling says. */
 #include "tiling/tiling.h"
 
+#include "util/half.h"
+
 #include <string.h>
 
 static pave_result check_images(pave_context *context, const pave_tiling *t, const pave_image *const *images,
@@ -49,6 +51,54 @@ static void copy_pixels(const pave_tiling *t, const pave_image *const *images, p
     }
 }
 
+/* The mean of two values, rounded to the nearest, halves up. */
+static void average(int32_t type, void *there, const void *new)
+{
+    switch (type) {
+    case PAVE_U8: *(uint8_t *)there = (uint8_t)((*(uint8_t *)there + *(const uint8_t *)new + 1) / 2); break;
+    case PAVE_U16: *(uint16_t *)there = (uint16_t)((*(uint16_t *)there + *(const uint16_t *)new + 1) / 2); break;
+    case PAVE_U32: *(uint32_t *)there = (uint32_t)(((uint64_t)*(uint32_t *)there + *(const uint32_t *)new + 1) / 2); break;
+    case PAVE_F16:
+        *(uint16_t *)there =
+            pv_half((pv_half_value(*(uint16_t *)there) + pv_half_value(*(const uint16_t *)new)) / 2);
+        break;
+    default: *(float *)there = (*(float *)there + *(const float *)new) / 2;
+    }
+}
+
+static void average_pixel(const pave_image *out, char *there, const char *new)
+{
+    size_t bytes = pv_type_bytes(out->type);
+    for (int32_t c = 0; c < out->channels; c++)
+        average(out->type, there + (size_t)c * bytes, new + (size_t)c * bytes);
+}
+
+/* Mode paper: blocks as they were laid, averaged where they overlap (Eq. 2). */
+static pave_result average_blocks(pave_context *context, const pave_tiling *t, const pave_image *const *images,
+                                  pave_image *out)
+{
+    pave_result result = PAVE_OK;
+    size_t pixel = (size_t)out->channels * pv_type_bytes(out->type);
+    uint8_t *laid = pv_allocate_zeroed(context, (size_t)t->width * (size_t)t->height, 1, &result);
+    for (int32_t i = 0; i < t->block_count && !result; i++) {
+        const pv_block *b = &t->blocks[i];
+        const pave_image *image = images[b->from.exemplar];
+        for (int32_t k = 0; k < b->width * b->height; k++) {
+            size_t to = (size_t)(b->y + k / b->width) * (size_t)t->width + (size_t)(b->x + k % b->width);
+            int32_t x = b->from.x + k % b->width * b->right[0] + k / b->width * b->down[0];
+            int32_t y = b->from.y + k % b->width * b->right[1] + k / b->width * b->down[1];
+            const char *new = (const char *)image->pixels + ((size_t)y * (size_t)image->width + (size_t)x) * pixel;
+            if (laid[to])
+                average_pixel(out, (char *)out->pixels + to * pixel, new);
+            else
+                memcpy((char *)out->pixels + to * pixel, new, pixel);
+            laid[to] = 1;
+        }
+    }
+    pv_release(laid);
+    return result;
+}
+
 pave_result pave_tiling_apply(pave_context *context, const pave_tiling *tiling, const pave_image *const *images,
                               int32_t count, pave_image **out)
 {
@@ -59,8 +109,12 @@ pave_result pave_tiling_apply(pave_context *context, const pave_tiling *tiling, 
     pave_result result = check_images(context, tiling, images, count);
     if (!result)
         result = pv_image_like(context, images[0], tiling->width, tiling->height, out);
-    if (!result)
+    if (!result && tiling->blocks)
+        result = average_blocks(context, tiling, images, *out);
+    else if (!result)
         copy_pixels(tiling, images, *out);
+    if (result)
+        pave_image_free(out);
     return result;
 }
 

@@ -1,12 +1,13 @@
 /* Mode best: blocks laid over each other and cut; then, part by part, the worst seam looked up and cut again with a
  * copy that fits what is around it. */
 #include "tiling/best.h"
+#include "tiling/quilt.h"
 
 #include "util/random.h"
 
 #include <string.h>
 
-enum { CLEAR = 2, MOST_TRIED = 3, MOST_FAILS = 6 };
+enum { CLEAR = 2, MOST_TRIED = 2, MOST_FAILS = 6 };
 
 /* The whole job. */
 typedef struct job {
@@ -185,27 +186,6 @@ static pave_result refine(job *j, double from, double to)
     return result;
 }
 
-/* Any block of the exemplar of which all can be used. */
-static int32_t random_place(const pv_bank *bank, int32_t width, int32_t height, pv_random random)
-{
-    int64_t all = 0;
-    for (int pass = 0; pass < 2; pass++) {
-        int64_t wanted = pass ? (int64_t)pv_below(random.word[3], (uint32_t)all) : -1, count = 0;
-        for (int32_t i = 0; i < bank->sheets; i++) {
-            pv_places p = pv_places_all(&bank->sheet[i], width, height);
-            for (int32_t k = 0; k < p.across * p.down; k++) {
-                int32_t place = p.sheet->first + k / p.across * bank->stride + k % p.across;
-                if (pv_bank_clear(bank, place, width, height) && count++ == wanted)
-                    return place;
-            }
-        }
-        all = count;
-        if (!all)
-            return -1;
-    }
-    return -1;
-}
-
 /* The part of the canvas around a block that prices are reckoned in. */
 static pv_area part_around(const job *j, pv_area block)
 {
@@ -252,7 +232,7 @@ static pave_result lay_block(job *j, pv_area block, int32_t index)
     pv_coverage_count(&j->coverage, j->canvas);
     pv_repeats_count(&w->repeats, part);
     if (!laid)
-        best.place = random_place(j->canvas->bank, block.width, block.height, random);
+        best.place = pv_random_place(j->canvas->bank, block.width, block.height, random.word[3]);
     else
         pv_candidates_find(w, &own, window, &random, 1, &best);
     if (best.place < 0)

@@ -1,6 +1,7 @@
 /* Search: the direct ways. */
 #include "tiling/search.h"
 
+#include <math.h>
 #include <stdatomic.h>
 #include <string.h>
 
@@ -190,17 +191,44 @@ static pave_result scan_sheet(pave_context *context, scan *s, int32_t *place, in
     return result;
 }
 
-pave_result pv_search_least(pave_context *context, const pv_query *query, int32_t search, int32_t *place,
+void pv_searcher_free(pv_searcher *searcher)
+{
+    for (int32_t i = 0; i < PV_MOST_EXEMPLARS * PV_TURNS; i++)
+        pv_spectra_free(searcher->spectra[i]);
+    memset(searcher, 0, sizeof *searcher);
+}
+
+/* Nanoseconds, about: transforms do not care how large the block is. */
+static int fft_pays(const pv_query *query, pv_places places)
+{
+    double pixels = (double)places.sheet->width * places.sheet->height;
+    double direct = 0.5 * places.across * (double)places.down * query->tap_count;
+    return direct > 2.0 * pixels * (query->bank->depth + 2) * log2(pixels);
+}
+
+static pave_result least_of_sheet(pave_context *context, pv_searcher *searcher, const pv_query *query, int32_t i,
+                                  int32_t *place, int64_t *difference)
+{
+    const pv_bank *bank = query->bank;
+    pv_places places = pv_places_all(&bank->sheet[i], query->width, query->height);
+    scan s = { query, pv_compare_choose(searcher->search), places, 1, NULL, NULL, PV_NO_PLACE };
+    pave_result result = PAVE_OK;
+    if (!places.across)
+        return PAVE_OK;
+    if (searcher->search != PAVE_SEARCH_FFT && (searcher->search != PAVE_SEARCH_AUTO || !fft_pays(query, places)))
+        return scan_sheet(context, &s, place, difference);
+    if (!searcher->spectra[i])
+        result = pv_spectra_create(context, bank, &bank->sheet[i], &searcher->spectra[i]);
+    return result ? result : pv_spectra_least(searcher->spectra[i], query, place, difference);
+}
+
+pave_result pv_search_least(pave_context *context, pv_searcher *searcher, const pv_query *query, int32_t *place,
                             int64_t *difference)
 {
     pave_result result = PAVE_OK;
     *place = -1;
     *difference = PV_NO_PLACE;
-    for (int32_t i = 0; i < query->bank->sheets && !result; i++) {
-        scan s = { query, pv_compare_choose(search), pv_places_all(&query->bank->sheet[i], query->width, query->height),
-                   1, NULL, NULL, PV_NO_PLACE };
-        if (s.places.across)
-            result = scan_sheet(context, &s, place, difference);
-    }
+    for (int32_t i = 0; i < query->bank->sheets && !result; i++)
+        result = least_of_sheet(context, searcher, query, i, place, difference);
     return result;
 }

@@ -36,7 +36,7 @@ void pv_query_end(pv_query *query);
 void pv_query_set(pv_query *query, int32_t x, int32_t y, int32_t place);
 
 /* A part of a sheet, of places for the block's first pixel. */
-typedef struct pv_field_of_search {
+typedef struct pv_places {
     const pv_sheet *sheet;
     int32_t x, y, across, down;
 } pv_places;
@@ -57,7 +57,23 @@ pv_compare *pv_compare_choose(int32_t search);
 #define PV_NO_PLACE INT64_MAX
 void pv_search_all(const pv_query *query, pv_places places, pv_compare *compare, int64_t *out);
 
-/* The place with the least difference, the first in scan order among equals, over all sheets; -1: there is none.
- * Works with all threads. `bound`, if not NULL, gets the difference. */
-pave_result pv_search_least(pave_context *context, const pv_query *query, int32_t search, int32_t *place,
+/* search_fft.c: one sheet's spectra. Lowers *difference, and sets *place, if there is a lesser one in the sheet. */
+typedef struct pv_spectra pv_spectra;
+pave_result pv_spectra_create(pave_context *context, const pv_bank *bank, const pv_sheet *sheet, pv_spectra **out);
+void pv_spectra_free(pv_spectra *spectra);
+pave_result pv_spectra_least(pv_spectra *spectra, const pv_query *query, int32_t *place, int64_t *difference);
+
+/* What searches of one bank share. */
+typedef struct pv_searcher {
+    const pv_bank *bank;
+    int32_t search;
+    pv_spectra *spectra[PV_MOST_EXEMPLARS * PV_TURNS]; /* made when first used */
+    struct pv_matcher *matcher;                        /* on a graphics device */
+} pv_searcher;
+
+void pv_searcher_free(pv_searcher *searcher);
+
+/* The place with the least difference, the first in scan order among equals, over all sheets; -1: there is none. Works
+ * with all threads. */
+pave_result pv_search_least(pave_context *context, pv_searcher *searcher, const pv_query *query, int32_t *place,
                             int64_t *difference);

@@ -79,14 +79,14 @@ static void choose_scale(const pave_tiling *t, const pv_bank *bank, pv_scale *sc
     int32_t width, height;
     least_sides(t, &width, &height);
     int32_t side = width < height ? width : height, most = 7 * side / 10;
-    int32_t block = t->params.fraction ? t->params.fraction : (int32_t)(2.5 * bank->feature);
+    int32_t block = t->params.fraction ? t->params.fraction : (int32_t)(2.2 * bank->feature);
     if (!t->params.fraction)
         block = block < 24 ? 24 : block;
     block = block > most && !t->params.fraction ? most : block;
     scale->block = block < 2 ? 2 : block;
     scale->overlap = t->params.overlap ? t->params.overlap : block / 4 < 8 ? 8 : block / 4;
     scale->overlap = scale->overlap < scale->block ? scale->overlap : scale->block - 1;
-    scale->window = 32;
+    scale->window = 30;
     scale->window = scale->window > side / 2 ? side / 2 : scale->window;
     scale->window = scale->window < 1 ? 1 : scale->window;
     scale->reach = width > height ? width : height;
@@ -105,6 +105,15 @@ static pave_result keep_sources(pave_context *context, const pv_canvas *canvas, 
     return result;
 }
 
+static pave_result lay_by_mode(pave_context *context, const pv_scale *scale, pv_canvas *canvas, pave_tiling *t)
+{
+    switch (t->params.mode) {
+    case PAVE_TILING_PAPER: return pv_paper_lay(context, &t->params, canvas, &t->blocks, &t->block_count);
+    case PAVE_TILING_FAST: return pv_quilt_lay(context, &t->params, scale->block, scale->overlap, canvas);
+    default: return pv_best_lay(context, &t->params, scale, canvas);
+    }
+}
+
 static pave_result lay(pave_context *context, const pv_bank *bank, pave_tiling *t)
 {
     pave_result result = PAVE_OK;
@@ -117,7 +126,7 @@ static pave_result lay(pave_context *context, const pv_bank *bank, pave_tiling *
     canvas.source = pv_allocate(context, n, sizeof *canvas.source, &result);
     if (!result) {
         memset(canvas.source, -1, n * sizeof *canvas.source);
-        result = pv_best_lay(context, &t->params, &scale, &canvas);
+        result = lay_by_mode(context, &scale, &canvas, t);
     }
     if (!result)
         result = keep_sources(context, &canvas, t);

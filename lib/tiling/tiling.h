@@ -25,7 +25,11 @@ enum { PV_NOTHING = -1 };
 typedef struct pv_area { int32_t x, y, width, height; } pv_area;
 
 /* A block of mode paper: its place in the result, and in the bank. */
-typedef struct pv_block { int32_t x, y, width, height, source; } pv_block;
+typedef struct pv_block {
+    int32_t x, y, width, height, source;
+    pave_source from;          /* of its first pixel, and */
+    int32_t right[2], down[2]; /* how x and y change there to the right and down */
+} pv_block;
 
 struct pave_tiling {
     pave_tiling_params params;
