@@ -375,6 +375,19 @@ static pave_result fill(making *m, int32_t count)
     return result;
 }
 
+static int is_plain(const pv_bank *bank, int32_t count)
+{
+    size_t bytes = (size_t)bank->depth * sizeof *bank->values;
+    for (int32_t i = 0; i < count; i++)
+        for (int32_t k = 0; k < bank->sheet[i].width * bank->sheet[i].height; k++) {
+            int32_t place = bank->sheet[i].first + k / bank->sheet[i].width * bank->stride + k % bank->sheet[i].width;
+            if (!bank->usable[place] || memcmp(bank->values + (int64_t)place * bank->depth,
+                                               bank->values + (int64_t)bank->sheet[0].first * bank->depth, bytes))
+                return 0;
+        }
+    return 1;
+}
+
 pave_result pv_bank_create(pave_context *context, const pave_image *const *exemplars, int32_t count,
                            const pave_tiling_params *params, pv_bank *out)
 {
@@ -393,6 +406,8 @@ pave_result pv_bank_create(pave_context *context, const pave_image *const *exemp
         result = allocate(&m);
     if (!result)
         result = fill(&m, count);
+    if (!result)
+        out->plain = is_plain(out, count);
     if (result)
         pv_bank_free(out);
     return result;

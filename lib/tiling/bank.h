@@ -31,6 +31,7 @@ typedef struct pv_bank {
     int32_t *cell;     /* the number of the PV_CELL x PV_CELL px of the exemplar that a place lies in */
     int32_t cells;
     uint8_t *joint;    /* 1: in a joint */
+    int plain;         /* all is usable, and of one colour */
     double feature;    /* size of what the exemplars are made of, px; 0: not known */
     int64_t usable_count; /* of the upright sheets */
 } pv_bank;

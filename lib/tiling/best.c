@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-enum { CLEAR = 2, MOST_TRIED = 2, MOST_FAILS = 6 };
+enum { CLEAR = 2, MOST_TRIED = 2, MOST_FAILS = 6, SOME = 64 };
 
 /* The whole job. */
 typedef struct job {
@@ -229,7 +229,6 @@ static pave_result lay_block(job *j, pv_area block, int32_t index)
     int32_t laid = ask_block(w, block), first;
     if (laid == block.width * block.height)
         return PAVE_OK;
-    pv_coverage_count(&j->coverage, j->canvas);
     pv_repeats_count(&w->repeats, part);
     if (!laid)
         best.place = pv_random_place(j->canvas->bank, block.width, block.height, random.word[3]);
@@ -271,6 +270,8 @@ static pave_result start(job *j, double to)
         int32_t shift = (int32_t)pv_below(random.word[0], (uint32_t)c->width);
         block_span(c->width, c->wrap_x, across, j->scale.overlap, shift, i % across, &block.x, &block.width);
         block_span(c->height, c->wrap_y, down, j->scale.overlap, 0, i / across, &block.y, &block.height);
+        if (i % (across * down / SOME + 1) == 0)
+            pv_coverage_count(&j->coverage, c);
         result = lay_block(j, block, i);
         if (!result)
             result = pv_progress(j->context, to * (i + 1) / (across * down));

@@ -3,8 +3,11 @@
 
 #include "tiling/best.h"
 #include "tiling/quilt.h"
+#include "tiling/wang.h"
 
 #include <string.h>
+
+enum { MOST_REACH = 160 };
 
 static const pave_tiling_params default_params = PAVE_TILING_PARAMS_INIT;
 
@@ -73,26 +76,87 @@ static void least_sides(const pave_tiling *t, int32_t *width, int32_t *height)
     }
 }
 
-/* Two features and a half to a block, but half of the exemplar's side must remain for choosing. */
+static int32_t at_most(int32_t v, int32_t most)
+{
+    return v < most ? v : most;
+}
+
+/* Two features and more to a block, but enough of the exemplar's side must remain for choosing. */
 static void choose_scale(const pave_tiling *t, const pv_bank *bank, pv_scale *scale)
 {
     int32_t width, height;
     least_sides(t, &width, &height);
-    int32_t side = width < height ? width : height, most = 7 * side / 10;
-    int32_t block = t->params.fraction ? t->params.fraction : (int32_t)(2.2 * bank->feature);
-    if (!t->params.fraction)
-        block = block < 24 ? 24 : block;
-    block = block > most && !t->params.fraction ? most : block;
-    scale->block = block < 2 ? 2 : block;
-    scale->overlap = t->params.overlap ? t->params.overlap : block / 4 < 8 ? 8 : block / 4;
-    scale->overlap = scale->overlap < scale->block ? scale->overlap : scale->block - 1;
-    scale->window = 30;
-    scale->window = scale->window > side / 2 ? side / 2 : scale->window;
-    scale->window = scale->window < 1 ? 1 : scale->window;
-    scale->reach = width > height ? width : height;
-    scale->reach = scale->reach > 160 ? 160 : scale->reach;
-    scale->places = 160;
-    scale->radius = (int32_t)(0.86 * (side < 160 ? side : 160));
+    int32_t side = at_most(width, height), auto_block = (int32_t)((t->params.mode ? 1.8 : 2.2) * bank->feature);
+    auto_block = auto_block < 24 ? 24 : auto_block;
+    scale->block = t->params.fraction ? t->params.fraction : at_most(at_most(auto_block, 7 * side / 10), 112);
+    scale->block = scale->block < 1 ? 1 : scale->block;
+    scale->overlap = t->params.overlap ? t->params.overlap : scale->block < 24 ? scale->block / 3 : scale->block / 4;
+    scale->overlap = t->params.overlap || scale->block < 24 || scale->overlap > 8 ? scale->overlap : 8;
+    scale->window = at_most(30, (side + 1) / 2);
+    scale->reach = at_most(width > height ? width : height, MOST_REACH);
+    scale->reach = scale->reach > scale->block + 2 ? scale->reach : scale->block + 2;
+    scale->places = MOST_REACH;
+    scale->radius = (int32_t)(0.86 * at_most(side, MOST_REACH));
+}
+
+/* What the user should know of an exemplar that cannot give much. */
+static void warn(pave_context *context, const pave_tiling *t, const pv_bank *bank)
+{
+    int32_t width, height;
+    least_sides(t, &width, &height);
+    double across = bank->feature > 0 ? at_most(width, height) / bank->feature : INFINITY;
+    if (across < 2.5 && t->params.mode != PAVE_TILING_PAPER && !t->params.keep)
+        pv_note(context, PAVE_MESSAGE_WARNING,
+                "the exemplar shows only about %.1f features (of %.0f px) across: little can be varied; a larger part of "
+                "the texture, or the same scaled down, would do better", across, bank->feature);
+}
+
+static pave_result check_blocks(pave_context *context, const pave_tiling *t)
+{
+    int32_t width, height, fraction = t->params.fraction, overlap = t->params.overlap;
+    least_sides(t, &width, &height);
+    if (!fraction && t->params.mode == PAVE_TILING_PAPER)
+        fraction = 20;
+    if (!overlap && t->params.mode == PAVE_TILING_PAPER)
+        overlap = 3;
+    if (!pave_tiling_fractions(width, height, fraction ? fraction : 1, fraction ? fraction : 1))
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "an exemplar of %d x %d px has no room for a fraction of %d x %d",
+                       (int)width, (int)height, (int)fraction, (int)fraction);
+    if (fraction && overlap >= fraction)
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "an overlap of %d px leaves nothing of a fraction of %d px",
+                       (int)overlap, (int)fraction);
+    if (!fraction && overlap)
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "an overlap of %d px needs a fraction larger than that",
+                       (int)overlap);
+    if (fraction > MOST_REACH && t->params.mode == PAVE_TILING_BEST)
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "fraction is %d, but must be 0 .. %d px in mode best", (int)fraction,
+                       MOST_REACH);
+    return PAVE_OK;
+}
+
+/* What only mode best does. */
+static pave_result check_mode(pave_context *context, const pave_tiling *t, const pave_image *guide)
+{
+    const pave_tiling_params *p = &t->params;
+    const char *what = guide ? "a guide" : p->keep ? "keep" : p->wang ? "a Wang set" : NULL;
+    int32_t tiles = p->wang * p->wang;
+    if (what && p->mode != PAVE_TILING_BEST)
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "%s needs mode best", what);
+    if (p->wang == 1 || (p->wang && p->keep))
+        return pv_fail(context, PAVE_ERR_ARGUMENT, p->keep ? "keep and wang exclude each other"
+                                                           : "wang is 1, but must be 0, 2 or 3");
+    if (p->wang && (p->periodic != PAVE_PERIODIC_XY || t->width % tiles || t->height % tiles))
+        return pv_fail(context, PAVE_ERR_ARGUMENT,
+                       "a Wang set of %d colours is periodic in x and y, and its sides are multiples of %d px",
+                       (int)p->wang, (int)tiles);
+    if (p->keep && (t->exemplars > 1 || t->width != t->sizes[0][0] || t->height != t->sizes[0][1]))
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "keep works on one image, and in its own size");
+    if (p->keep && p->periodic == PAVE_PERIODIC_NONE)
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "keep makes an image periodic: periodic cannot be none");
+    if (guide && (guide->width != t->width || guide->height != t->height))
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "the guide has %d x %d px, the tiling %d x %d", (int)guide->width,
+                       (int)guide->height, (int)t->width, (int)t->height);
+    return PAVE_OK;
 }
 
 static pave_result keep_sources(pave_context *context, const pv_canvas *canvas, pave_tiling *t)
@@ -105,32 +169,73 @@ static pave_result keep_sources(pave_context *context, const pv_canvas *canvas, 
     return result;
 }
 
-static pave_result lay_by_mode(pave_context *context, const pv_scale *scale, pv_canvas *canvas, pave_tiling *t)
+/* The image as it is, of which only a band along sides that wrap may change; what cannot be used must. */
+static void lay_kept(const pave_tiling *t, pv_canvas *c)
 {
-    switch (t->params.mode) {
-    case PAVE_TILING_PAPER: return pv_paper_lay(context, &t->params, canvas, &t->blocks, &t->block_count);
-    case PAVE_TILING_FAST: return pv_quilt_lay(context, &t->params, scale->block, scale->overlap, canvas);
-    default: return pv_best_lay(context, &t->params, scale, canvas);
-    }
+    const pv_sheet *sheet = &c->bank->sheet[0];
+    int32_t side = at_most(c->width, c->height), band = t->params.band ? t->params.band : (int32_t)(1.5 * t->feature);
+    band = t->params.band ? band : at_most(band < 8 ? 8 : band, side / 4);
+    for (int32_t y = 0; y < c->height; y++)
+        for (int32_t x = 0; x < c->width; x++) {
+            int near_x = c->wrap_x && (x < band || x >= c->width - band);
+            int near_y = c->wrap_y && (y < band || y >= c->height - band);
+            c->source[y * c->width + x] = sheet->first + y * c->bank->stride + x;
+            c->fixed[y * c->width + x] = !near_x && !near_y;
+        }
 }
 
-static pave_result lay(pave_context *context, const pv_bank *bank, pave_tiling *t)
+/* A canvas of one colour needs no search: copies side by side. */
+static void lay_plain(pv_canvas *c)
+{
+    const pv_sheet *sheet = &c->bank->sheet[0];
+    for (int32_t y = 0; y < c->height; y++)
+        for (int32_t x = 0; x < c->width; x++)
+            c->source[(int64_t)y * c->width + x] =
+                sheet->first + y % sheet->height * c->bank->stride + x % sheet->width;
+}
+
+static pave_result lay_by_mode(pave_context *context, pv_canvas *canvas, pave_tiling *t)
+{
+    pv_scale scale;
+    choose_scale(t, canvas->bank, &scale);
+    if (t->params.mode == PAVE_TILING_PAPER)
+        return pv_paper_lay(context, &t->params, canvas, &t->blocks, &t->block_count);
+    if (canvas->bank->plain && !t->params.wang)
+        return lay_plain(canvas), PAVE_OK;
+    if (t->params.mode == PAVE_TILING_FAST)
+        return pv_quilt_lay(context, &t->params, scale.block, scale.overlap, canvas);
+    if (t->params.wang)
+        return pv_wang_lay(context, &scale, canvas, t);
+    if (t->params.keep)
+        lay_kept(t, canvas);
+    return pv_best_lay(context, &t->params, &scale, canvas);
+}
+
+static pave_result lay(pave_context *context, const pv_bank *bank, const pave_image *guide, pave_tiling *t)
 {
     pave_result result = PAVE_OK;
     size_t n = (size_t)t->width * (size_t)t->height;
+    int16_t *tones = NULL;
     pv_canvas canvas = { .bank = bank, .width = t->width, .height = t->height };
     canvas.wrap_x = t->params.periodic == PAVE_PERIODIC_XY || t->params.periodic == PAVE_PERIODIC_X;
     canvas.wrap_y = t->params.periodic == PAVE_PERIODIC_XY || t->params.periodic == PAVE_PERIODIC_Y;
-    pv_scale scale;
-    choose_scale(t, bank, &scale);
+    if (t->params.mode == PAVE_TILING_PAPER)
+        canvas.wrap_x = canvas.wrap_y = 0;
     canvas.source = pv_allocate(context, n, sizeof *canvas.source, &result);
+    if (!result && (t->params.keep || t->params.wang))
+        canvas.fixed = pv_allocate_zeroed(context, n, 1, &result);
+    if (!result && guide)
+        result = pv_guide_read(context, bank, guide, &tones);
     if (!result) {
         memset(canvas.source, -1, n * sizeof *canvas.source);
-        result = lay_by_mode(context, &scale, &canvas, t);
+        canvas.guide = tones;
+        result = lay_by_mode(context, &canvas, t);
     }
     if (!result)
         result = keep_sources(context, &canvas, t);
     pv_release(canvas.source);
+    pv_release(canvas.fixed);
+    pv_release(tones);
     return result;
 }
 
@@ -148,10 +253,35 @@ static pave_result read_inputs(pave_context *context, const pave_image *const *e
     }
     if (result)
         return result;
-    int32_t times = t->params.keep ? 1 : 2;
-    t->width = t->params.extent[0] ? t->params.extent[0] : times * t->sizes[0][0];
-    t->height = t->params.extent[1] ? t->params.extent[1] : times * t->sizes[0][1];
-    return pv_check_size(context, "the tiling", t->width, t->height);
+    int64_t times = t->params.keep ? 1 : t->params.wang ? t->params.wang * t->params.wang : 2;
+    int64_t width = t->params.extent[0] ? t->params.extent[0] : times * t->sizes[0][0];
+    int64_t height = t->params.extent[1] ? t->params.extent[1] : times * t->sizes[0][1];
+    result = pv_check_size(context, "the tiling", width, height);
+    t->width = (int32_t)width;
+    t->height = (int32_t)height;
+    return result;
+}
+
+static pave_result run(pave_context *context, const pave_image *const *exemplars, int32_t count,
+                       const pave_image *guide, const pave_tiling_params *given, pave_tiling *t)
+{
+    double started = pv_seconds();
+    pv_bank bank = { 0 };
+    pave_result result = read_inputs(context, exemplars, count, given, t);
+    if (!result)
+        result = check_blocks(context, t);
+    if (!result)
+        result = check_mode(context, t, guide);
+    if (!result)
+        result = pv_bank_create(context, exemplars, count, &t->params, &bank);
+    if (!result) {
+        t->feature = bank.feature;
+        warn(context, t, &bank);
+        result = lay(context, &bank, guide, t);
+    }
+    t->seconds = pv_seconds() - started;
+    pv_bank_free(&bank);
+    return result;
 }
 
 pave_result pave_tiling_create(pave_context *context, const pave_image *const *exemplars, int32_t count,
@@ -161,23 +291,17 @@ pave_result pave_tiling_create(pave_context *context, const pave_image *const *e
         *out = NULL;
     if (!context || !exemplars || !out)
         return PAVE_ERR_ARGUMENT;
-    (void)guide;
-    double started = pv_seconds();
+    for (int32_t i = 0; i < count; i++)
+        if (!exemplars[i])
+            return pv_fail(context, PAVE_ERR_ARGUMENT, "exemplar %d is NULL", (int)i);
+    if (count < 1 || count > PV_MOST_EXEMPLARS)
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "%d exemplars, but there must be 1 .. %d", (int)count,
+                       PV_MOST_EXEMPLARS);
     pave_result result = PAVE_OK;
     pv_call outer = pv_call_begin(context, "tile", 0, 1);
-    pv_bank bank = { 0 };
     pave_tiling *t = pv_allocate_zeroed(context, 1, sizeof *t, &result);
     if (!result)
-        result = read_inputs(context, exemplars, count, given, t);
-    if (!result)
-        result = pv_bank_create(context, exemplars, count, &t->params, &bank);
-    if (!result)
-        result = lay(context, &bank, t);
-    if (!result) {
-        t->feature = bank.feature;
-        t->seconds = pv_seconds() - started;
-    }
-    pv_bank_free(&bank);
+        result = run(context, exemplars, count, guide, given, t);
     pv_call_end(context, outer);
     if (result)
         pave_tiling_free(&t);

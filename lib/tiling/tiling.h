@@ -31,6 +31,10 @@ typedef struct pv_block {
     int32_t right[2], down[2]; /* how x and y change there to the right and down */
 } pv_block;
 
+/* guide.c: what brightness a guide asks for, pixel by pixel: its own, put through a curve that gives it the exemplars'
+ * distribution. `tones` is the caller's to release. */
+pave_result pv_guide_read(pave_context *context, const pv_bank *bank, const pave_image *guide, int16_t **tones);
+
 struct pave_tiling {
     pave_tiling_params params;
     int32_t width, height;
