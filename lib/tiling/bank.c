@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { JOINT_FAR = 18 /* thirds of a px */ };
+enum { JOINT_FAR = 18 /* thirds of a px */, USUAL = 70 /* deviation of three channels together */ };
 
 /* What the sheets are made from, while they are made. */
 typedef struct making {
@@ -191,6 +191,7 @@ static void read_pixel(const making *m, const pave_image *image, int32_t x, int3
     int32_t sum = 0, k = 0;
     bank->usable[place] = (uint8_t)is_usable(m, image, x, y);
     bank->usable_count += bank->usable[place];
+    bank->all++;
     for (int32_t c = 0; c < image->channels; c++) {
         if (c == image->alpha && image->channels > 1)
             continue;
@@ -356,6 +357,8 @@ static pave_result fill(making *m, int32_t count)
     for (int32_t i = 0; i < count && !result; i++) {
         double feature = 0;
         read_sheet(m, &bank->sheet[i]);
+        double deviation = 255 * sqrt(spread_of(m, &bank->sheet[i], 0, m->channels) * 3 / m->channels) / bank->white;
+        bank->contrast += fmin(fmax(deviation / USUAL, 0.1), 4) / count;
         result = find_joints(m, &bank->sheet[i], &feature);
         if (!result && !paper && m->params->flatten > 0)
             result = flatten(m, &bank->sheet[i]);

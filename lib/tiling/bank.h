@@ -32,8 +32,9 @@ typedef struct pv_bank {
     int32_t cells;
     uint8_t *joint;    /* 1: in a joint */
     int plain;         /* all is usable, and of one colour */
+    double contrast;   /* how much two pixels differ, against what is usual: 1 */
     double feature;    /* size of what the exemplars are made of, px; 0: not known */
-    int64_t usable_count; /* of the upright sheets */
+    int64_t all, usable_count; /* pixels of the upright sheets */
 } pv_bank;
 
 pave_result pv_bank_create(pave_context *context, const pave_image *const *exemplars, int32_t count,

@@ -8,6 +8,8 @@
 
 enum { FAR = 1 << 20, LOCAL = 20, LEAST_JOINT = 12, UNIT = 3 /* of distances: thirds of a px */ };
 
+static const double OPEN = 0.8; /* a largest area of this share: joints close nothing */
+
 static int64_t *integral(pave_context *context, const pv_grey *grey, int square, pave_result *result)
 {
     int32_t across = grey->width + 1;
@@ -204,6 +206,8 @@ pave_result pv_joints_find(pave_context *context, const pv_grey *grey, uint8_t *
         for (int32_t i = 0; i < n; i++)
             distance[i] = joint[i] ? -inner[i] : distance[i];
         result = measure(context, n, distance, feature);
+        if ((light < 0.5 * dark ? light : dark) > OPEN)
+            *feature = 0;
     }
     pv_release(inner);
     return result;

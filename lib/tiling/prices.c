@@ -16,7 +16,7 @@ pave_result pv_coverage_create(pave_context *context, const pv_bank *bank, doubl
     pave_result result;
     size_t cells = (size_t)bank->cells;
     memset(out, 0, sizeof *out);
-    out->weight = weight;
+    out->weight = weight * bank->contrast;
     out->price = pv_allocate_zeroed(context, cells, sizeof *out->price, &result);
     out->count = out->price ? pv_allocate_zeroed(context, cells, sizeof *out->count, &result) : NULL;
     out->room = out->count ? pv_allocate_zeroed(context, cells, sizeof *out->room, &result) : NULL;
@@ -85,7 +85,7 @@ pave_result pv_repeats_create(pave_context *context, const pv_canvas *canvas, in
     memset(out, 0, sizeof *out);
     out->canvas = canvas;
     out->radius = radius > 1 ? radius : 1;
-    out->weight = weight;
+    out->weight = weight * canvas->bank->contrast;
     out->across = 2 * (most_width / PV_STEP + 1) + 1;
     out->down = most_height / PV_STEP + 2;
     size_t steps = (size_t)out->across * (size_t)out->down;

@@ -159,7 +159,7 @@ static void scan_rows(void *data, int32_t task, int32_t worker)
         int64_t others = atomic_load(&s->bound);
         for (int32_t x = 0; x < s->places.across; x++) {
             int32_t place = place_at(s->query, &s->places, x, y);
-            int64_t bound = s->least[task] < others ? s->least[task] : others + (others < PV_NO_PLACE);
+            int64_t bound = others < s->least[task] ? others + 1 : s->least[task]; /* equals of earlier rows count */
             if (!pv_bank_clear(s->query->bank, place, s->query->width, s->query->height))
                 continue;
             int64_t cost = s->compare(s->query, place, bound);

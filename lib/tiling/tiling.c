@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-enum { MOST_REACH = 160 };
+enum { MOST_REACH = 160, LEAST_SIDE = 8 };
 
 static const pave_tiling_params default_params = PAVE_TILING_PARAMS_INIT;
 
@@ -87,7 +87,7 @@ static void choose_scale(const pave_tiling *t, const pv_bank *bank, pv_scale *sc
     int32_t width, height;
     least_sides(t, &width, &height);
     int32_t side = at_most(width, height), auto_block = (int32_t)((t->params.mode ? 1.8 : 2.2) * bank->feature);
-    auto_block = auto_block < 24 ? 24 : auto_block;
+    auto_block = bank->feature > 0 ? auto_block < 24 ? 24 : auto_block : side / 2;
     scale->block = t->params.fraction ? t->params.fraction : at_most(at_most(auto_block, 7 * side / 10), 112);
     scale->block = scale->block < 1 ? 1 : scale->block;
     scale->overlap = t->params.overlap ? t->params.overlap : scale->block < 24 ? scale->block / 3 : scale->block / 4;
@@ -184,14 +184,25 @@ static void lay_kept(const pave_tiling *t, pv_canvas *c)
         }
 }
 
-/* A canvas of one colour needs no search: copies side by side. */
-static void lay_plain(pv_canvas *c)
+/* One colour needs no search, and a few pixels leave nothing to choose. */
+static int is_obvious(const pave_tiling *t, const pv_canvas *c)
 {
+    int32_t width, height;
+    least_sides(t, &width, &height);
+    return c->bank->plain || at_most(width, height) < LEAST_SIDE || at_most(c->width, c->height) < LEAST_SIDE;
+}
+
+/* Copies side by side. */
+static pave_result lay_plain(pave_context *context, pv_canvas *c)
+{
+    if (c->bank->usable_count < c->bank->all)
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "so few pixels, not all of which can be used, make no tiling");
     const pv_sheet *sheet = &c->bank->sheet[0];
     for (int32_t y = 0; y < c->height; y++)
         for (int32_t x = 0; x < c->width; x++)
             c->source[(int64_t)y * c->width + x] =
                 sheet->first + y % sheet->height * c->bank->stride + x % sheet->width;
+    return PAVE_OK;
 }
 
 static pave_result lay_by_mode(pave_context *context, pv_canvas *canvas, pave_tiling *t)
@@ -200,8 +211,10 @@ static pave_result lay_by_mode(pave_context *context, pv_canvas *canvas, pave_ti
     choose_scale(t, canvas->bank, &scale);
     if (t->params.mode == PAVE_TILING_PAPER)
         return pv_paper_lay(context, &t->params, canvas, &t->blocks, &t->block_count);
-    if (canvas->bank->plain && !t->params.wang)
-        return lay_plain(canvas), PAVE_OK;
+    if (is_obvious(t, canvas) && t->params.wang)
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "an exemplar of one colour, or of a few pixels, makes no Wang set");
+    if (is_obvious(t, canvas))
+        return lay_plain(context, canvas);
     if (t->params.mode == PAVE_TILING_FAST)
         return pv_quilt_lay(context, &t->params, scale.block, scale.overlap, canvas);
     if (t->params.wang)
