@@ -109,7 +109,7 @@ pave_result pv_paper_lay(pave_context *context, const pave_tiling_params *params
 {
     pave_result result = PAVE_OK;
     paper p = { .context = context, .params = params, .canvas = canvas,
-                .searcher = { .bank = canvas->bank, .search = params->search } };
+                .searcher = pv_searcher_of(context, canvas->bank, params->search) };
     p.fraction = params->fraction ? params->fraction : 20;
     p.overlap = params->overlap ? params->overlap : p.fraction > 3 ? 3 : p.fraction - 1;
     int32_t across = blocks_along(&p, canvas->width), down = blocks_along(&p, canvas->height);

@@ -15,6 +15,7 @@ typedef struct quilt {
     pv_canvas *canvas;
     int32_t overlap, most; /* most: side of a block */
     pv_query query;
+    pv_searcher searcher;
     int64_t *costs;
     int32_t *path; /* costs of paths through one overlap, and from where each comes */
     int8_t *turn;
@@ -59,25 +60,8 @@ static int32_t ask(quilt *q, pv_area block)
     return count;
 }
 
-/* One search over all sheets, by all threads: one task a row of places. */
-typedef struct rows {
-    const quilt *q;
-    pv_places places;
-    pv_compare *compare;
-} rows;
-
-static void search_row(void *data, int32_t row, int32_t worker)
-{
-    const rows *r = data;
-    pv_places one = r->places;
-    (void)worker;
-    one.y += row;
-    one.down = 1;
-    pv_search_all(&r->q->query, one, r->compare, r->q->costs + (int64_t)row * r->places.across);
-}
-
 /* One of the places that are at most a tenth of the least difference worse, at random. */
-static pave_result choose(const quilt *q, pv_area block, uint32_t word, int32_t *place)
+static pave_result choose(quilt *q, pv_area block, uint32_t word, int32_t *place)
 {
     const pv_bank *bank = q->canvas->bank;
     int64_t least = PV_NO_PLACE, good = 0, wanted = -1;
@@ -85,17 +69,16 @@ static pave_result choose(const quilt *q, pv_area block, uint32_t word, int32_t 
     *place = -1;
     for (int pass = 0; pass < 3 && !result; pass++) {
         for (int32_t i = 0; i < bank->sheets && !result; i++) {
-            rows r = { q, pv_places_all(&bank->sheet[i], block.width, block.height),
-                       pv_compare_choose(q->params->search) };
+            pv_places p = pv_places_all(&bank->sheet[i], block.width, block.height);
             if (!pass || bank->sheets > 1)
-                result = pv_parallel(q->context, r.places.down, search_row, &r, 0, 0);
-            for (int32_t k = 0; k < r.places.across * r.places.down && !result; k++) {
+                result = pv_search_costs(q->context, &q->searcher, &q->query, &p, q->costs);
+            for (int32_t k = 0; k < p.across * p.down && !result; k++) {
                 int64_t cost = q->costs[k];
                 if (!pass)
                     least = cost < least ? cost : least;
                 else if (cost <= least + least / 10 && cost < PV_NO_PLACE && (pass == 1 || wanted-- == 0)) {
                     good++;
-                    *place = r.places.sheet->first + k / r.places.across * bank->stride + k % r.places.across;
+                    *place = p.sheet->first + k / p.across * bank->stride + k % p.across;
                 }
             }
         }
@@ -233,11 +216,13 @@ static pave_result allocate(quilt *q)
 pave_result pv_quilt_lay(pave_context *context, const pave_tiling_params *params, int32_t block, int32_t overlap,
                          pv_canvas *canvas)
 {
-    quilt q = { .context = context, .params = params, .canvas = canvas, .overlap = overlap, .most = block + 1 };
+    quilt q = { .context = context, .params = params, .canvas = canvas, .overlap = overlap, .most = block + 1,
+                .searcher = pv_searcher_of(context, canvas->bank, params->search) };
     pave_result result = allocate(&q);
     if (!result)
         result = lay_all(&q, blocks_along(canvas->width, block - overlap), blocks_along(canvas->height, block - overlap));
     pv_query_free(&q.query);
+    pv_searcher_free(&q.searcher);
     pv_release(q.costs);
     pv_release(q.path);
     pv_release(q.turn);

@@ -191,10 +191,18 @@ static pave_result scan_sheet(pave_context *context, scan *s, int32_t *place, in
     return result;
 }
 
+pv_searcher pv_searcher_of(const pave_context *context, const pv_bank *bank, int32_t search)
+{
+    int vulkan = context->backend == PAVE_BACKEND_VULKAN_COMPUTE || context->backend == PAVE_BACKEND_VULKAN_RASTER;
+    search = search == PAVE_SEARCH_AUTO && vulkan ? PAVE_SEARCH_VULKAN : search;
+    return (pv_searcher){ .bank = bank, .search = search };
+}
+
 void pv_searcher_free(pv_searcher *searcher)
 {
     for (int32_t i = 0; i < PV_MOST_EXEMPLARS * PV_TURNS; i++)
         pv_spectra_free(searcher->spectra[i]);
+    pv_vulkan_close(searcher);
     memset(searcher, 0, sizeof *searcher);
 }
 
@@ -206,6 +214,55 @@ static int fft_pays(const pv_query *query, pv_places places)
     return direct > 2.0 * pixels * (query->bank->depth + 2) * log2(pixels);
 }
 
+typedef struct rows {
+    const pv_query *query;
+    pv_places places;
+    pv_compare *compare;
+    int64_t *costs;
+} rows;
+
+static void search_row(void *data, int32_t row, int32_t worker)
+{
+    const rows *r = data;
+    pv_places one = r->places;
+    (void)worker;
+    one.y += row;
+    one.down = 1;
+    pv_search_all(r->query, one, r->compare, r->costs + (int64_t)row * one.across);
+}
+
+pave_result pv_search_costs(pave_context *context, pv_searcher *searcher, const pv_query *query,
+                            const pv_places *places, int64_t *costs)
+{
+    rows r = { query, *places, pv_compare_choose(searcher->search), costs };
+    if (!places->across)
+        return PAVE_OK;
+    if (searcher->search != PAVE_SEARCH_VULKAN)
+        return pv_parallel(context, places->down, search_row, &r, 0, 0);
+    pave_result result = pv_vulkan_costs(context, searcher, query, places, costs);
+    for (int32_t k = 0; k < places->across * places->down && !result; k++)
+        if (!pv_bank_clear(query->bank, place_at(query, places, k % places->across, k / places->across), query->width,
+                           query->height))
+            costs[k] = PV_NO_PLACE;
+    return result;
+}
+
+static pave_result vulkan_least(pave_context *context, pv_searcher *searcher, const pv_query *query,
+                                const pv_places *places, int32_t *place, int64_t *difference)
+{
+    pave_result result = PAVE_OK;
+    int64_t *costs = pv_allocate(context, (size_t)places->across * (size_t)places->down, sizeof *costs, &result);
+    if (!result)
+        result = pv_search_costs(context, searcher, query, places, costs);
+    for (int32_t k = 0; k < places->across * places->down && !result; k++)
+        if (costs[k] < *difference) {
+            *difference = costs[k];
+            *place = place_at(query, places, k % places->across, k / places->across);
+        }
+    pv_release(costs);
+    return result;
+}
+
 static pave_result least_of_sheet(pave_context *context, pv_searcher *searcher, const pv_query *query, int32_t i,
                                   int32_t *place, int64_t *difference)
 {
@@ -215,6 +272,8 @@ static pave_result least_of_sheet(pave_context *context, pv_searcher *searcher, 
     pave_result result = PAVE_OK;
     if (!places.across)
         return PAVE_OK;
+    if (searcher->search == PAVE_SEARCH_VULKAN)
+        return vulkan_least(context, searcher, query, &places, place, difference);
     if (searcher->search != PAVE_SEARCH_FFT && (searcher->search != PAVE_SEARCH_AUTO || !fft_pays(query, places)))
         return scan_sheet(context, &s, place, difference);
     if (!searcher->spectra[i])

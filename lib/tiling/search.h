@@ -68,10 +68,21 @@ typedef struct pv_searcher {
     const pv_bank *bank;
     int32_t search;
     pv_spectra *spectra[PV_MOST_EXEMPLARS * PV_TURNS]; /* made when first used */
-    struct pv_matcher *matcher;                        /* on a graphics device */
+    struct pv_matcher *matcher;                        /* on a graphics device, opened when first used */
 } pv_searcher;
 
+/* Resolves PAVE_SEARCH_AUTO by the context's backend: on a Vulkan backend, by Vulkan. */
+pv_searcher pv_searcher_of(const pave_context *context, const pv_bank *bank, int32_t search);
 void pv_searcher_free(pv_searcher *searcher);
+
+/* The differences at places of one sheet, as pv_search_all, by all threads or the graphics device. */
+pave_result pv_search_costs(pave_context *context, pv_searcher *searcher, const pv_query *query,
+                            const pv_places *places, int64_t *costs);
+
+/* search_vulkan.c: the same on the device, but for places that are not usable. */
+pave_result pv_vulkan_costs(pave_context *context, pv_searcher *searcher, const pv_query *query,
+                            const pv_places *places, int64_t *costs);
+void pv_vulkan_close(pv_searcher *searcher);
 
 /* The place with the least difference, the first in scan order among equals, over all sheets; -1: there is none. Works
  * with all threads. */
