@@ -91,7 +91,7 @@ static void done_with(pv_flow *f, int32_t node)
 static void plant(pv_flow *f)
 {
     f->first = f->last = -1;
-    f->orphans = f->time = 0;
+    f->orphan_from = f->orphan_to = f->time = 0;
     for (int32_t i = 0; i < f->nodes; i++) {
         pv_node *node = &f->node[i];
         node->tree = node->terminal > 0 ? SOURCE : node->terminal < 0 ? SINK : FREE;
@@ -145,7 +145,8 @@ static int32_t narrowest(const pv_flow *f, int32_t node, int32_t least)
 static void make_orphan(pv_flow *f, int32_t node)
 {
     f->node[node].parent = NOBODY;
-    f->orphan[f->orphans++] = node;
+    f->orphan[f->orphan_to++] = node;
+    f->orphan_to = f->orphan_to < f->nodes ? f->orphan_to : 0;
 }
 
 static void push(pv_flow *f, int32_t node, int32_t amount)
@@ -252,7 +253,10 @@ void pv_flow_solve(pv_flow *flow)
         }
         flow->time++;
         augment(flow, node, way);
-        while (flow->orphans)
-            adopt(flow, flow->orphan[--flow->orphans]);
+        while (flow->orphan_from != flow->orphan_to) {
+            int32_t orphan = flow->orphan[flow->orphan_from++];
+            flow->orphan_from = flow->orphan_from < flow->nodes ? flow->orphan_from : 0;
+            adopt(flow, orphan);
+        }
     }
 }

@@ -23,7 +23,8 @@ typedef struct pv_flow {
     int32_t step[PV_WAYS];
     pv_node *node;
     int32_t *orphan;
-    int32_t first, last, orphans, time;
+    int32_t first, last, time;
+    int32_t orphan_from, orphan_to; /* the orphans, first come first served, around the end of the array */
 } pv_flow;
 
 enum { PV_MOST_NODES = 60000 };

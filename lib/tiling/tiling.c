@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-enum { MOST_REACH = 160, LEAST_SIDE = 8 };
+enum { MOST_REACH = 128, LEAST_SIDE = 8 };
 
 static const pave_tiling_params default_params = PAVE_TILING_PARAMS_INIT;
 
