@@ -125,7 +125,8 @@ int tile_main(int argc, char **argv)
         { "Limits", PAVE_PARAMS_LIMITS, &limits },
     };
     cli_named named[NAMED] = {
-        [GUIDE] = { .usage = "guide FILE", .help = "image as large as the result, whose brightness it follows", .most = 1 },
+        [GUIDE] = { .usage = "guide FILE", .help = "image as large as the result, whose brightness it follows",
+                    .most = 1 },
         [APPLY] = { .usage = "apply IN[,IN...]=OUT", .help = "lay other maps of the exemplars alike; repeatable",
                     .most = MOST_FILES },
         [SOURCES] = { .usage = "sources FILE.exr", .help = "write where each pixel comes from", .most = 1 },
@@ -145,6 +146,11 @@ int tile_main(int argc, char **argv)
     tile_work work = { { NULL }, NULL, NULL };
     params.limits = &limits;
     int status = read_command(&command, argc, argv);
+    for (int i = 0; i < named[APPLY].count && !status; i++)
+        if (!strchr(named[APPLY].value[i], '='))
+            complain(&command, "--apply %s: must be IN=OUT", named[APPLY].value[i]), status = EXIT_USAGE;
+    if (!status && !command.output_count && !command.wants_json && !named[APPLY].count && !named[SOURCES].count)
+        complain(&command, "where to? give -o FILE or --json"), status = EXIT_USAGE;
     if (!status && command.input_count > MOST_FILES)
         complain(&command, "more than %d exemplars", MOST_FILES), status = EXIT_USAGE;
     if (status)

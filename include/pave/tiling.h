@@ -33,7 +33,8 @@ enum {
 typedef struct pave_tiling_params {
     size_t size;
     int32_t mode;           /* PAVE_TILING_ */
-    int32_t extent[2];      /* width and height of the result, px; 0: twice the exemplar's (with keep: the exemplar's) */
+    int32_t extent[2];      /* width and height of the result, px; 0: twice the exemplar's; with keep the exemplar's,
+                               with wang a tile as large as the exemplar */
     int32_t periodic;       /* PAVE_PERIODIC_ */
     uint64_t seed;          /* everything random follows from it */
     int32_t fraction;       /* side of a block, px; 0: paper 20, otherwise from the size of the features */
@@ -45,7 +46,8 @@ typedef struct pave_tiling_params {
                                is colours^2 x colours^2 tiles that fit, the whole periodic */
     int32_t turns;          /* 1: copies may be turned by quarter turns */
     int32_t flips;          /* 1: copies may be mirrored */
-    int32_t rounds;         /* best: how often every part's worst seam is cut again */
+    int32_t rounds;         /* best: how often every part's worst seam is cut again; 0: by size, 160 for results of up
+                               to four exemplars, 70 for large ones */
     double flatten;         /* share of slow changes of brightness that is taken out for comparing, 0..1 */
     double joints;          /* weight of the distance to joints (dark or bright lines between stones) */
     double coverage;        /* weight of using all of the exemplar evenly */
@@ -56,7 +58,7 @@ typedef struct pave_tiling_params {
 
 #define PAVE_TILING_PARAMS_INIT \
     { sizeof(pave_tiling_params), PAVE_TILING_BEST, { 0, 0 }, PAVE_PERIODIC_XY, 1, 0, 0, PAVE_SEARCH_AUTO, 0, 0, 0, \
-      0, 0, 100, 0.3, 1.0, 1.0, 0.2, 1.0, 0.5 }
+      0, 0, 0, 0.3, 1.0, 0.8, 0.2, 1.0, 0.5 }
 
 PAVE_API void pave_tiling_params_init(pave_tiling_params *params, size_t size);
 
@@ -94,7 +96,7 @@ PAVE_API pave_result pave_tiling_apply(pave_context *context, const pave_tiling 
 /* What a tiling is judged by: a vector, for no figure means anything alone. Noise has no seam, a copy no error. */
 typedef struct pave_tiling_measure {
     size_t size;
-    double seam_x, seam_y;   /* mean difference across the border / across interior lines; 1: no seam; -1: not periodic */
+    double seam_x, seam_y;   /* mean difference across the border / across interior lines; 1: no seam, -1: not asked */
     double worst_line;       /* greatest mean difference of an interior line / the mean one */
     double coherence;        /* RMS difference, of 0..255, of 9x9 patches to the nearest ones in the exemplar, mean */
     double completeness;     /* the same from the exemplar to the result */

@@ -57,7 +57,9 @@ static void average(int32_t type, void *there, const void *new)
     switch (type) {
     case PAVE_U8: *(uint8_t *)there = (uint8_t)((*(uint8_t *)there + *(const uint8_t *)new + 1) / 2); break;
     case PAVE_U16: *(uint16_t *)there = (uint16_t)((*(uint16_t *)there + *(const uint16_t *)new + 1) / 2); break;
-    case PAVE_U32: *(uint32_t *)there = (uint32_t)(((uint64_t)*(uint32_t *)there + *(const uint32_t *)new + 1) / 2); break;
+    case PAVE_U32:
+        *(uint32_t *)there = (uint32_t)(((uint64_t)*(uint32_t *)there + *(const uint32_t *)new + 1) / 2);
+        break;
     case PAVE_F16:
         *(uint16_t *)there =
             pv_half((pv_half_value(*(uint16_t *)there) + pv_half_value(*(const uint16_t *)new)) / 2);

@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-enum { CLEAR = 2, MOST_TRIED = 2, MOST_FAILS = 6, SOME = 64 };
+enum { CLEAR = 2, MOST_TRIED = 2, MOST_FAILS = 6, SOME = 64, FEW_PARTS = 4 };
 
 /* The whole job. */
 typedef struct job {
@@ -175,13 +175,14 @@ static void mend(void *data, int32_t index, int32_t worker)
 static pave_result refine(job *j, double from, double to)
 {
     pave_result result = PAVE_OK;
-    for (j->round = 0; j->round < j->params->rounds && !result; j->round++) {
+    int32_t parts = j->across * j->down, rounds = j->params->rounds ? j->params->rounds : parts > FEW_PARTS ? 70 : 160;
+    for (j->round = 0; j->round < rounds && !result; j->round++) {
         pv_random random = pv_draw(j->params->seed, PV_DRAW_ROUNDS, (uint32_t)j->round, 0, 0);
-        double a = from + (to - from) * j->round / j->params->rounds;
+        double a = from + (to - from) * j->round / rounds;
         j->shift_x = (int32_t)pv_below(random.word[0], 1 << 20);
         j->shift_y = (int32_t)pv_below(random.word[1], 1 << 20);
         pv_coverage_count(&j->coverage, j->canvas);
-        result = pv_parallel(j->context, j->across * j->down, mend, j, a, a + (to - from) / j->params->rounds);
+        result = pv_parallel(j->context, parts, mend, j, a, a + (to - from) / rounds);
     }
     return result;
 }
@@ -246,7 +247,8 @@ static pave_result lay_block(job *j, pv_area block, int32_t index)
 static void block_span(int32_t size, int wraps, int32_t n, int32_t overlap, int32_t shift, int32_t i, int32_t *from,
                        int32_t *length)
 {
-    int32_t a = (int32_t)((int64_t)size * i / n) - overlap / 2, b = (int32_t)((int64_t)size * (i + 1) / n) + overlap / 2;
+    int32_t a = (int32_t)((int64_t)size * i / n) - overlap / 2;
+    int32_t b = (int32_t)((int64_t)size * (i + 1) / n) + overlap / 2;
     if (wraps) {
         *from = pv_wrapped((a + size + shift) % size, size);
         *length = b - a < size - 2 ? b - a : size - 2;

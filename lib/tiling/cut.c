@@ -79,8 +79,11 @@ static void join(const work *w, int32_t x, int32_t y, int way)
         return;
     int32_t unlike_p = w->cut->unlike[y * w->area.width + x], unlike_q = w->cut->unlike[v * w->area.width + u];
     int adjoin = p + step == q;
-    int32_t only_q = p < 0 || p == np ? 0 : unlike_p + PV_COST_UNIT + (adjoin ? unlike_q : pv_differ(bank, p + step, nq));
-    int32_t only_p = q < 0 || q == nq ? 0 : unlike_q + PV_COST_UNIT + (adjoin ? unlike_p : pv_differ(bank, np, q - step));
+    int32_t only_q = 0, only_p = 0;
+    if (p >= 0 && p != np)
+        only_q = unlike_p + PV_COST_UNIT + (adjoin ? unlike_q : pv_differ(bank, p + step, nq));
+    if (q >= 0 && q != nq)
+        only_p = unlike_q + PV_COST_UNIT + (adjoin ? unlike_p : pv_differ(bank, np, q - step));
     if (p < 0) {
         *tq += only_p;
         return;

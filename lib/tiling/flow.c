@@ -122,7 +122,8 @@ static int grow(pv_flow *f, int32_t node)
             activate(f, other);
         } else if (f->node[other].tree != tree) {
             return way;
-        } else if (f->node[other].stamp <= f->node[node].stamp && f->node[other].distance > f->node[node].distance + 1) {
+        } else if (f->node[other].stamp <= f->node[node].stamp &&
+                   f->node[other].distance > f->node[node].distance + 1) {
             f->node[other].parent = (uint8_t)back(way); /* a shorter way to the root */
             f->node[other].stamp = f->node[node].stamp;
             f->node[other].distance = f->node[node].distance + 1;

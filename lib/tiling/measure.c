@@ -71,8 +71,8 @@ static pave_result judge_lines(judging *j)
             sum += mean[i];
             most = mean[i] > most ? mean[i] : most;
         }
-        int told = !result && sum > 0;
-        *seam[rows] = told && wraps[rows] && j->tiling->params.mode != PAVE_TILING_PAPER ? mean[lines] * lines / sum : -1;
+        int told = !result && sum > 0, closes = wraps[rows] && j->tiling->params.mode != PAVE_TILING_PAPER;
+        *seam[rows] = told && closes ? mean[lines] * lines / sum : -1;
         if (told && most * lines / sum > j->out->worst_line)
             j->out->worst_line = most * lines / sum;
         pv_release(mean);

@@ -43,8 +43,8 @@ void pv_coverage_free(pv_coverage *coverage)
     memset(coverage, 0, sizeof *coverage);
 }
 
-/* Where the result has more that is as dark as a level, or darker, than the exemplar, a darker pixel makes it worse: the
- * slope of the squared difference of their distributions. */
+/* Where the result has more that is as dark as a level, or darker, than the exemplar, a darker pixel makes it worse:
+ * the slope of the squared difference of their distributions. */
 static void price_levels(pv_coverage *coverage, const int32_t *count, int64_t laid)
 {
     int64_t below[PV_LEVELS], sum = 0;

@@ -218,9 +218,10 @@ pave_result pv_quilt_lay(pave_context *context, const pave_tiling_params *params
 {
     quilt q = { .context = context, .params = params, .canvas = canvas, .overlap = overlap, .most = block + 1,
                 .searcher = pv_searcher_of(context, canvas->bank, params->search) };
+    int32_t step = block - overlap;
     pave_result result = allocate(&q);
     if (!result)
-        result = lay_all(&q, blocks_along(canvas->width, block - overlap), blocks_along(canvas->height, block - overlap));
+        result = lay_all(&q, blocks_along(canvas->width, step), blocks_along(canvas->height, step));
     pv_query_free(&q.query);
     pv_searcher_free(&q.searcher);
     pv_release(q.costs);

@@ -14,17 +14,18 @@ static const pave_tiling_params default_params = PAVE_TILING_PARAMS_INIT;
 static const pv_param tiling_rows[] = {
     PV_CHOICE(pave_tiling_params, mode, "best|fast|paper", "how blocks are joined"),
     PV_EXTENT(pave_tiling_params, extent, "size", "size of the result, px [twice the exemplar's]"),
-    PV_CHOICE(pave_tiling_params, periodic, "xy|x|y|none", "where the result repeats without a seam (not in mode paper)"),
+    PV_CHOICE(pave_tiling_params, periodic, "xy|x|y|none", "where the result repeats without a seam; not with paper"),
     PV_SEED(pave_tiling_params, seed, "another seed, another tiling"),
     PV_INTEGER(pave_tiling_params, fraction, "px", 0, 4096, "side of a block; 0: paper 20, else by size of features"),
     PV_INTEGER(pave_tiling_params, overlap, "px", 0, 4096, "how far blocks overlap; 0: paper 3, else by fraction"),
-    PV_CHOICE(pave_tiling_params, search, "auto|reference|direct|fft|vulkan", "how blocks are found; all find the same"),
+    PV_CHOICE(pave_tiling_params, search, "auto|reference|direct|fft|vulkan",
+              "how blocks are found; all find the same"),
     PV_FLAG(pave_tiling_params, keep, "make the image itself tile: only a band at its border changes"),
     PV_INTEGER(pave_tiling_params, band, "px", 0, 1 << 20, "width of that band; 0: a feature and a half"),
-    PV_INTEGER(pave_tiling_params, wang, "", 0, 3, "2 or 3: a set of Wang tiles with so many colours of edges; 0: none"),
+    PV_INTEGER(pave_tiling_params, wang, "", 0, 3, "2 or 3: a set of Wang tiles with so many edge colours; 0: none"),
     PV_FLAG(pave_tiling_params, turns, "copies may be turned by quarter turns"),
     PV_FLAG(pave_tiling_params, flips, "copies may be mirrored"),
-    PV_INTEGER(pave_tiling_params, rounds, "", 0, 10000, "best: times that worst seams are cut again"),
+    PV_INTEGER(pave_tiling_params, rounds, "", 0, 10000, "best: times that worst seams are cut again; 0: by size"),
     PV_REAL(pave_tiling_params, flatten, "", 0, 1, "share of slow changes of brightness left out in comparing"),
     PV_REAL(pave_tiling_params, joints, "", 0, 8, "weight of the distance to joints"),
     PV_REAL(pave_tiling_params, coverage, "", 0, 64, "weight of using all of the exemplar evenly"),
@@ -107,8 +108,8 @@ static void warn(pave_context *context, const pave_tiling *t, const pv_bank *ban
     double across = bank->feature > 0 ? at_most(width, height) / bank->feature : INFINITY;
     if (across < 2.5 && t->params.mode != PAVE_TILING_PAPER && !t->params.keep)
         pv_note(context, PAVE_MESSAGE_WARNING,
-                "the exemplar shows only about %.1f features (of %.0f px) across: little can be varied; a larger part of "
-                "the texture, or the same scaled down, would do better", across, bank->feature);
+                "the exemplar shows only about %.1f features (of %.0f px) across: little can be varied; a larger part "
+                "of the texture, or the same scaled down, would do better", across, bank->feature);
 }
 
 static pave_result check_blocks(pave_context *context, const pave_tiling *t)

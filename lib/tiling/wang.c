@@ -38,12 +38,13 @@ static pave_result make_strip(wang *w, int across, int32_t colour)
     pave_result result = PAVE_OK;
     pave_tiling_params params = *w->params;
     int32_t wide = 6 * w->half, stride = w->canvas->bank->stride;
-    pv_canvas c = { .bank = w->canvas->bank, .width = across ? w->side[0] : wide, .height = across ? wide : w->side[1] };
+    pv_canvas c = { .bank = w->canvas->bank, .width = across ? w->side[0] : wide,
+                    .height = across ? wide : w->side[1] };
     size_t n = (size_t)c.width * (size_t)c.height;
     c.wrap_x = across;
     c.wrap_y = !across;
     params.seed = w->params->seed + 1 + (uint64_t)(2 * colour + across);
-    params.rounds = params.rounds / 4;
+    params.rounds = params.rounds ? params.rounds / 4 + 1 : 20;
     c.source = pv_allocate(w->context, n, sizeof *c.source, &result);
     if (!result)
         c.fixed = pv_allocate_zeroed(w->context, n, 1, &result);

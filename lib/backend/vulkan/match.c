@@ -114,7 +114,8 @@ static VkResult create_pipeline(pv_matcher *m)
 static pave_result create_buffers(pv_matcher *m, const int16_t *values, int64_t count, int32_t most_entries)
 {
     VkDeviceSize bytes = 2 * (VkDeviceSize)count;
-    VkDeviceSize size[BUFFERS] = { (bytes + 3) / 4 * 4, sizeof(pv_match_entry) * (VkDeviceSize)most_entries, 8 * SLICE };
+    VkDeviceSize block = sizeof(pv_match_entry) * (VkDeviceSize)most_entries;
+    VkDeviceSize size[BUFFERS] = { [VALUES] = (bytes + 3) / 4 * 4, [BLOCK] = block, [COSTS] = 8 * SLICE };
     if (size[VALUES] > m->vk.properties.limits.maxStorageBufferRange ||
         size[BLOCK] > m->vk.properties.limits.maxStorageBufferRange)
         return pv_fail(m->context, PAVE_ERR_UNSUPPORTED, "%s: the exemplars are too large for its buffers",
