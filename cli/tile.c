@@ -9,9 +9,33 @@ enum { GUIDE, APPLY, SOURCES, NAMED };
 /* What a run holds. */
 typedef struct tile_work {
     pave_image *exemplars[MOST_FILES];
+    pave_image *maps[MOST_FILES][MOST_FILES]; /* companions, for each output one of each exemplar */
     pave_image *guide;
     pave_tiling *tiling;
 } tile_work;
+
+/* "normal.png=normal-out.png", or "a.png,b.png=out.png" for two exemplars. Read, and held against the exemplars, before
+ * anything is done. */
+static pave_result read_maps(const cli_command *command, pave_context *context, const char *text, tile_work *work,
+                             pave_image **maps)
+{
+    char name[4096];
+    pave_result result = PAVE_OK;
+    for (int i = 0; i < command->input_count && !result; i++) {
+        int length = (int)strcspn(text, i + 1 < command->input_count ? ",=" : "=");
+        snprintf(name, sizeof name, "%.*s", length, text);
+        result = read_image(context, name, &maps[i]);
+        text += length + (text[length] == ',');
+        if (result || (pave_image_width(maps[i]) == pave_image_width(work->exemplars[i]) &&
+                       pave_image_height(maps[i]) == pave_image_height(work->exemplars[i])))
+            continue;
+        complain(command, "%s: does not fit its exemplar: %d x %d px, not %d x %d", name,
+                 (int)pave_image_width(maps[i]), (int)pave_image_height(maps[i]),
+                 (int)pave_image_width(work->exemplars[i]), (int)pave_image_height(work->exemplars[i]));
+        result = PAVE_ERR_ARGUMENT;
+    }
+    return result;
+}
 
 static pave_result read_inputs(const cli_command *command, pave_context *context, tile_work *work)
 {
@@ -21,6 +45,8 @@ static pave_result read_inputs(const cli_command *command, pave_context *context
         result = read_image(context, command->input[i], &work->exemplars[i]);
     if (!result && command->named[GUIDE].count)
         result = read_image(context, command->named[GUIDE].value[0], &work->guide);
+    for (int i = 0; i < command->named[APPLY].count && !result; i++)
+        result = read_maps(command, context, command->named[APPLY].value[i], work, work->maps[i]);
     return result;
 }
 
@@ -55,20 +81,12 @@ static pave_result write_report(pave_context *context, const cli_command *comman
     return result ? result : pave_tiling_write(context, work->tiling, &measure, path);
 }
 
-/* "normal.png=normal-out.png", or "a.png,b.png=out.png" for two exemplars. */
-static pave_result apply_maps(pave_context *context, const cli_command *command, const tile_work *work, char *text)
+static pave_result write_maps(pave_context *context, const cli_command *command, const tile_work *work)
 {
-    pave_image *maps[MOST_FILES] = { NULL };
-    char *to = strrchr(text, '=');
-    int count = 0;
     pave_result result = PAVE_OK;
-    *to++ = 0;
-    for (char *name = strtok(text, ","); name && !result && count < command->input_count; name = strtok(NULL, ","))
-        result = read_image(context, name, &maps[count++]);
-    if (!result)
-        result = write_picture(context, work, maps, count, to);
-    for (int i = 0; i < count; i++)
-        pave_image_free(&maps[i]);
+    for (int i = 0; i < command->named[APPLY].count && !result; i++)
+        result = write_picture(context, work, (pave_image **)work->maps[i], command->input_count,
+                               strrchr(command->named[APPLY].value[i], '=') + 1);
     return result;
 }
 
@@ -84,7 +102,7 @@ static pave_result write_sources(pave_context *context, const tile_work *work, c
 
 static pave_result write_outputs(const cli_command *command, pave_context *context, const tile_work *work)
 {
-    const cli_named *apply = &command->named[APPLY], *sources = &command->named[SOURCES];
+    const cli_named *sources = &command->named[SOURCES];
     pave_result result = PAVE_OK;
     phase(0.9, 1);
     for (int i = 0; i < command->output_count && !result; i++)
@@ -92,8 +110,8 @@ static pave_result write_outputs(const cli_command *command, pave_context *conte
                      ? write_report(context, command, work, command->output[i])
                      : write_picture(context, work, (pave_image **)work->exemplars, command->input_count,
                                      command->output[i]);
-    for (int i = 0; i < apply->count && !result; i++)
-        result = apply_maps(context, command, work, (char *)apply->value[i]);
+    if (!result)
+        result = write_maps(context, command, work);
     if (!result && sources->count)
         result = write_sources(context, work, sources->value[0]);
     if (!result && command->wants_json)
@@ -143,7 +161,7 @@ int tile_main(int argc, char **argv)
         .named = named,
         .named_count = NAMED,
     };
-    tile_work work = { { NULL }, NULL, NULL };
+    tile_work work = { 0 };
     params.limits = &limits;
     int status = read_command(&command, argc, argv);
     for (int i = 0; i < named[APPLY].count && !status; i++)
@@ -161,8 +179,11 @@ int tile_main(int argc, char **argv)
     status = run(&command, context, &tiling, &work);
     pave_tiling_free(&work.tiling);
     pave_image_free(&work.guide);
-    for (int i = 0; i < MOST_FILES; i++)
+    for (int i = 0; i < MOST_FILES; i++) {
         pave_image_free(&work.exemplars[i]);
+        for (int k = 0; k < MOST_FILES; k++)
+            pave_image_free(&work.maps[i][k]);
+    }
     finish(&context);
     return status;
 }

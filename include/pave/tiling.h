@@ -52,7 +52,7 @@ typedef struct pave_tiling_params {
     double joints;          /* weight of the distance to joints (dark or bright lines between stones) */
     double coverage;        /* weight of using all of the exemplar evenly */
     double repeat;          /* weight of not showing the same thing twice nearby, or at regular steps */
-    double guide;           /* weight of the guide image */
+    double guide_weight;    /* weight of the guide image */
     double opaque;          /* pixels whose alpha is less are not used */
 } pave_tiling_params;
 

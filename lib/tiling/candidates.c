@@ -32,7 +32,7 @@ pave_result pv_worker_create(pave_context *context, const pave_tiling_params *pa
         out->sums = pv_allocate(context, pixels, sizeof *out->sums, &result);
     if (!result)
         out->taken = pv_allocate(context, (size_t)scale->reach * (size_t)scale->reach, 1, &result);
-    out->prices = (pv_prices){ coverage, &out->repeats, params->guide };
+    out->prices = (pv_prices){ coverage, &out->repeats, params->guide_weight };
     if (result)
         pv_worker_free(out);
     return result;

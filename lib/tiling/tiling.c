@@ -30,7 +30,7 @@ static const pv_param tiling_rows[] = {
     PV_REAL(pave_tiling_params, joints, "", 0, 8, "weight of the distance to joints"),
     PV_REAL(pave_tiling_params, coverage, "", 0, 64, "weight of using all of the exemplar evenly"),
     PV_REAL(pave_tiling_params, repeat, "", 0, 64, "weight of not showing the same thing twice nearby"),
-    PV_REAL(pave_tiling_params, guide, "", 0, 64, "weight of the guide image"),
+    PV_REAL(pave_tiling_params, guide_weight, "", 0, 64, "weight of the guide image"),
     PV_REAL(pave_tiling_params, opaque, "", 0, 1, "exemplar pixels with less alpha are not used"),
 };
 

@@ -138,6 +138,11 @@ static void all_searches_find_the_same(void **state)
 /* The compute shader, where there is a device. */
 static void a_device_finds_the_same(void **state)
 {
+#ifdef __SANITIZE_ADDRESS__
+    print_message("skipped: drivers leak\n");
+    (void)state;
+    return;
+#endif
     pave_image *image = make_stones(*state, 40, 36, 3, PAVE_F32, 3);
     const pave_image *const images[1] = { image };
     float *p = image->pixels;
@@ -537,7 +542,7 @@ static void several_exemplars_and_a_guide(void **state)
         wanted[i] = i % 128 < 64 ? 40 : 200;
     assert_ok(pave_image_create(*state, &shape, wanted, &guide));
     params.extent[0] = params.extent[1] = 128;
-    params.guide = 2;
+    params.guide_weight = 2;
     params.rounds = 40;
     assert_ok(pave_tiling_create(*state, images, 2, guide, &params, &tiling));
     int32_t dark[2] = { 0, 0 }, used[2] = { 0, 0 };
