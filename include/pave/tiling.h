@@ -58,7 +58,7 @@ typedef struct pave_tiling_params {
 
 #define PAVE_TILING_PARAMS_INIT \
     { sizeof(pave_tiling_params), PAVE_TILING_BEST, { 0, 0 }, PAVE_PERIODIC_XY, 1, 0, 0, PAVE_SEARCH_AUTO, 0, 0, 0, \
-      0, 0, 0, 0.3, 1.0, 0.8, 0.2, 1.0, 0.5 }
+      0, 0, 0, 0.3, 1.0, 0.5, 0.2, 1.0, 0.5 }
 
 PAVE_API void pave_tiling_params_init(pave_tiling_params *params, size_t size);
 

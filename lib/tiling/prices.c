@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { LEVEL_WEIGHT = 4 };
+
 static int32_t level(const pv_bank *bank, int32_t place)
 {
     return bank->white == PV_LEVELS - 1 ? bank->bright[place] : bank->bright[place] >> 4;
@@ -53,7 +55,7 @@ static void price_levels(pv_coverage *coverage, const int32_t *count, int64_t la
         below[i] = sum += count[i];
     for (int32_t i = PV_LEVELS - 1; i >= 0; i--) {
         slope += laid ? (double)below[i] / (double)laid - coverage->level_share[i] : 0;
-        coverage->level_price[i] = (int32_t)(2 * coverage->weight * PV_COST_UNIT * slope);
+        coverage->level_price[i] = (int32_t)(LEVEL_WEIGHT * coverage->weight * PV_COST_UNIT * slope);
     }
 }
 
@@ -85,7 +87,7 @@ pave_result pv_repeats_create(pave_context *context, const pv_canvas *canvas, in
     memset(out, 0, sizeof *out);
     out->canvas = canvas;
     out->radius = radius > 1 ? radius : 1;
-    out->weight = weight * canvas->bank->contrast;
+    out->weight = weight * fmax(canvas->bank->contrast, 0.9);
     out->across = 2 * (most_width / PV_STEP + 1) + 1;
     out->down = most_height / PV_STEP + 2;
     size_t steps = (size_t)out->across * (size_t)out->down;
