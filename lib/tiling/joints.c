@@ -206,7 +206,8 @@ pave_result pv_joints_find(pave_context *context, const pv_grey *grey, uint8_t *
         for (int32_t i = 0; i < n; i++)
             distance[i] = joint[i] ? -inner[i] : distance[i];
         result = measure(context, n, distance, feature);
-        if ((light < 0.5 * dark ? light : dark) > OPEN)
+        int32_t side = grey->width < grey->height ? grey->width : grey->height;
+        if ((light < 0.5 * dark ? light : dark) > OPEN && *feature > 0.4 * side)
             *feature = 0;
     }
     pv_release(inner);

@@ -87,7 +87,7 @@ pave_result pv_repeats_create(pave_context *context, const pv_canvas *canvas, in
     memset(out, 0, sizeof *out);
     out->canvas = canvas;
     out->radius = radius > 1 ? radius : 1;
-    out->weight = weight * fmax(canvas->bank->contrast, 0.9);
+    out->weight = weight * canvas->bank->contrast;
     out->across = 2 * (most_width / PV_STEP + 1) + 1;
     out->down = most_height / PV_STEP + 2;
     size_t steps = (size_t)out->across * (size_t)out->down;
