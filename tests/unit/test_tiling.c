@@ -410,22 +410,29 @@ static double seam_ratio(const pave_image *image, int across)
     return border / (inside / (lines - 1));
 }
 
+/* Means over some seeds, for one line of a flawless texture scatters, too. */
 static void borders_close_where_asked(void **state)
 {
+    enum { SEEDS = 4 };
     pave_image *image = make_stones(*state, 72, 72, 3, PAVE_U8, 4);
     for (int32_t mode = 0; mode < 2; mode++)
         for (int32_t periodic = 0; periodic < 4; periodic++) {
-            pave_tiling_params params = PAVE_TILING_PARAMS_INIT;
-            params.mode = mode;
-            params.periodic = periodic;
-            pave_tiling *tiling = tile(*state, image, &params);
-            pave_image *laid = apply(*state, tiling, image);
-            int x = periodic == PAVE_PERIODIC_XY || periodic == PAVE_PERIODIC_X;
-            int y = periodic == PAVE_PERIODIC_XY || periodic == PAVE_PERIODIC_Y;
-            assert_true(x ? seam_ratio(laid, 1) < 1.4 : seam_ratio(laid, 1) > 1.4);
-            assert_true(y ? seam_ratio(laid, 0) < 1.4 : seam_ratio(laid, 0) > 1.4);
-            pave_image_free(&laid);
-            pave_tiling_free(&tiling);
+            double x = 0, y = 0;
+            for (int32_t seed = 1; seed <= SEEDS; seed++) {
+                pave_tiling_params params = PAVE_TILING_PARAMS_INIT;
+                params.mode = mode;
+                params.periodic = periodic;
+                params.seed = (uint64_t)seed;
+                params.rounds = 20;
+                pave_tiling *tiling = tile(*state, image, &params);
+                pave_image *laid = apply(*state, tiling, image);
+                x += seam_ratio(laid, 1) / SEEDS;
+                y += seam_ratio(laid, 0) / SEEDS;
+                pave_image_free(&laid);
+                pave_tiling_free(&tiling);
+            }
+            assert_true(periodic == PAVE_PERIODIC_XY || periodic == PAVE_PERIODIC_X ? x < 1.3 : x > 2);
+            assert_true(periodic == PAVE_PERIODIC_XY || periodic == PAVE_PERIODIC_Y ? y < 1.3 : y > 2);
         }
     pave_image_free(&image);
 }
