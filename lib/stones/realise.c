@@ -188,7 +188,8 @@ static void relax_vertex(const realising *r, int32_t v, double stiff, uint8_t ro
     dx *= shorter, dy *= shorter;
     pv_cell here = tess->at[v];
     for (int halving = 0; halving < 3; halving++, dx /= 2, dy /= 2) {
-        pv_cell there = { limited(here.x + dx, r->origin[v].x, r->reach), limited(here.y + dy, r->origin[v].y, r->reach) };
+        pv_cell there = { limited(here.x + dx, r->origin[v].x, r->reach),
+                          limited(here.y + dy, r->origin[v].y, r->reach) };
         if (abs(there.x - here.x) + abs(there.y - here.y) < STILL)
             return;
         if (gets_short(r, v, there) || !pv_tess_fits(tess, v, there))
