@@ -14,8 +14,8 @@ enum {
 };
 
 /* Ring f, one a face, is corner[first[f]] .. corner[first[f + 1] - 1], counter-clockwise as seen (y goes down). Each
- * side of a ring is also one of a neighbour's, backwards, or on the border. Vertices are in an order that does not depend
- * on the region: junctions by place, then bends. */
+ * side of a ring is also one of a neighbour's, backwards, or on the border. Vertices are in an order that does not
+ * depend on the region: junctions by place, then bends. */
 typedef struct pv_tess {
     int32_t vertex_count, face_count;
     pv_cell *at;       /* in the plane */
