@@ -3,9 +3,9 @@
 
 #include "stones/blocks.h"
 
-/* Moves inner vertices, one after the other in blocks, `rounds` times in each of two sweeps, to where the flat ones among them and their
- * neighbours lie on the lines between corners as nearly as can be; none farther than `reach` in x or y from where it was,
- * and none so that a face would not be simple any more. Contour and border stay. */
+/* Moves inner vertices, one after the other in blocks, `rounds` times in each of two sweeps, to where the flat ones
+ * among them and their neighbours lie on the lines between corners as nearly as can be; none farther than `reach` in x
+ * or y from where it was, and none so that a face would not be simple any more. Contour and border stay. */
 typedef struct pv_realise_params {
     int64_t block; /* side of a block, grid units */
     int32_t rounds;
