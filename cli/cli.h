@@ -46,6 +46,13 @@ void lay_options_init(lay_options *options);
 
 enum { MOST_FILES = 16 };
 
+/* An option whose value the verb reads itself. */
+typedef struct cli_text {
+    const char *name, *value, *help; /* "--slice", "FILE,AXIS,INDEX", what it does */
+    const char **at;                 /* where values go, up to `most` */
+    int most, *count;
+} cli_text;
+
 /* A verb's command line, taken apart. */
 typedef struct cli_command {
     const char *verb;
@@ -56,6 +63,8 @@ typedef struct cli_command {
     int inputs;          /* how many it needs; -1: any number but 0 */
     const cli_group *groups;
     int group_count;
+    const cli_text *texts;
+    int text_count;
     char **input; /* within argv */
     const char *output[MOST_FILES];
     int input_count, output_count;
@@ -86,6 +95,7 @@ pave_result read_image(pave_context *context, const char *path, pave_image **out
 /* Verbs */
 int lay_main(int argc, char **argv);
 int field_main(int argc, char **argv);
+int solid_main(int argc, char **argv);
 int info_main(int argc, char **argv);
 int merge_main(int argc, char **argv);
 int plan_main(int argc, char **argv);

@@ -16,6 +16,7 @@ static const verb verbs[] = {
     { "merge", merge_main, "merge windows that were laid one by one into one file" },
     { "measure", measure_main, "judge stones against their drawing" },
     { "field", field_main, "write the distance field of a drawing" },
+    { "solid", solid_main, "make a volume of stone from a flat sample" },
     { "info", info_main, "list backends, devices and versions" },
 };
 

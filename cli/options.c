@@ -150,6 +150,11 @@ static void print_help(const cli_command *command)
         printf("  --manifest FILE              all windows of a plan made by pave plan, instead of PART.stones ...\n");
     if (command->shards)
         printf("  --manifest FILE --shard N    lay one window of a plan made by pave plan, instead of DRAWING\n");
+    for (int i = 0; i < command->text_count; i++) {
+        char left[80];
+        snprintf(left, sizeof left, "%s %s", command->texts[i].name, command->texts[i].value);
+        printf("  %-28s %s\n", left, command->texts[i].help);
+    }
     printf("  -q, --quiet                  no progress, no notes\n  -h, --help                   this help\n");
     for (int g = 0; g < command->group_count; g++) {
         printf("\n%s\n", command->groups[g].title);
@@ -258,6 +263,29 @@ static int is_output(const char *word)
     return !strcmp(word, "-o") || !strcmp(word, "--output");
 }
 
+/* The verb's own option of this name; NULL if it has none. */
+static const cli_text *find_text(const cli_command *command, const char *word)
+{
+    for (int i = 0; i < command->text_count; i++)
+        if (!strcmp(command->texts[i].name, word))
+            return &command->texts[i];
+    return NULL;
+}
+
+static int add_text(const cli_command *command, const cli_text *text, int left, char **words)
+{
+    if (left < 2) {
+        complain(command, "%s needs a value: %s", text->name, text->value);
+        return EXIT_USAGE;
+    }
+    if (*text->count == text->most) {
+        complain(command, "%s may be given %d times at most", text->name, text->most);
+        return EXIT_USAGE;
+    }
+    text->at[(*text->count)++] = words[1];
+    return EXIT_FINE;
+}
+
 static int read_words(cli_command *command, pave_context *tables, int argc, char **argv)
 {
     int status = EXIT_FINE, only_files = 0;
@@ -283,6 +311,8 @@ static int read_words(cli_command *command, pave_context *tables, int argc, char
             command->manifest = argv[i + (used = 2) - 1];
         else if (command->shards && i + 1 < argc && !strcmp(argv[i], "--shard"))
             command->shard = argv[i + (used = 2) - 1];
+        else if (find_text(command, argv[i]))
+            used = 2, status = add_text(command, find_text(command, argv[i]), argc - i, argv + i);
         else if (argv[i][1] == '-')
             status = set_option(command, tables, argc - i, argv + i, &used);
         else

@@ -3,6 +3,7 @@
 #include "cvd/cvd.h"
 #include "field/field.h"
 #include "image/bitmap.h"
+#include "solid/solid.h"
 #include "stones/stones.h"
 
 #include <pave/pave.h>
@@ -29,8 +30,12 @@ static const pv_table *find_table(int32_t table)
     case PAVE_PARAMS_CVD: return &pv_cvd_table;
     case PAVE_PARAMS_STONES: return &pv_stones_table;
     case PAVE_PARAMS_STREAM: return &pv_stream_table;
+<<<<<<< HEAD
     case PAVE_PARAMS_PALETTE: return &pv_palette_table;
     case PAVE_PARAMS_MEASURE: return &pv_measure_table;
+=======
+    case PAVE_PARAMS_SOLID: return &pv_solid_table;
+>>>>>>> ab3aeb3 (Digital stones: volumes from flat samples, in boxes and meshes, around measurements)
     default: return NULL;
     }
 }

@@ -7,6 +7,7 @@
 
 /* What a number is drawn for: part of the counter, so that no two uses share numbers. */
 enum { PV_DRAW_SITES = 1, PV_DRAW_SCALE = 2, PV_DRAW_NOISE = 3, PV_DRAW_REVIVE = 4 };
+enum { PV_DRAW_VOXEL = 40, PV_DRAW_ALIKE = 41, PV_DRAW_SEED = 42, PV_DRAW_RANK = 43, PV_DRAW_START = 44 };
 
 typedef struct pv_random { uint32_t word[4]; } pv_random;
 
