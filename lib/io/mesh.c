@@ -410,7 +410,7 @@ static pave_result ply_read(ply *p)
 
 static pave_result read_ply(reader *r)
 {
-    pave_result result;
+    pave_result result = PAVE_OK;
     ply *p = pv_allocate_zeroed(r->context, 1, sizeof *p, &result);
     if (!p)
         return result;

@@ -86,7 +86,7 @@ static pave_result put_bytes(pave_context *context, pv_output *output, const pav
 
 static pave_result put_gzip(pave_context *context, pv_output *output, const pave_volume *v)
 {
-    pave_result result;
+    pave_result result = PAVE_OK;
     size_t all = value_bytes(v), at = 0;
     uint8_t *packed = pv_allocate(context, CHUNK, 1, &result);
     z_stream z;
@@ -567,7 +567,7 @@ pave_result pave_volume_read(pave_context *context, const char *path, pave_volum
     int before = errno;
     char sidecar[MOST_PATH];
     pv_call outer = pv_call_begin(context, "read", 0, 1);
-    pave_result result;
+    pave_result result = PAVE_OK;
     if (ends_with(path, ".tif") || ends_with(path, ".tiff"))
         result = read_stack(context, path, out);
     else if (ends_with(path, ".raw") && strlen(path) + 6 < sizeof sidecar) {

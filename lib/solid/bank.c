@@ -16,8 +16,8 @@ static double decay(double x)
 
 pave_result pv_window_create(pave_context *context, int32_t side, int32_t features, double sigma, pv_window *out)
 {
-    enum { LANES = 16, MOST = 7500 };
-    pave_result result;
+    enum { LANES = 16, MOST = 1900 };
+    pave_result result = PAVE_OK;
     int32_t r = side / 2, taps = side * side * features;
     *out = (pv_window){ side, r, features, taps, (taps + LANES - 1) / LANES * LANES, NULL, 0, 0 };
     out->root = pv_allocate_zeroed(context, (size_t)out->stride, sizeof *out->root, &result);
@@ -43,7 +43,7 @@ pave_result pv_window_create(pave_context *context, int32_t side, int32_t featur
 
 static pave_result texels_create(pave_context *context, int32_t width, int32_t height, int32_t features, pv_texels *out)
 {
-    pave_result result;
+    pave_result result = PAVE_OK;
     *out = (pv_texels){ width, height, features, NULL, NULL };
     size_t count = (size_t)width * (size_t)height;
     out->feature = pv_allocate(context, count, (size_t)features, &result);

@@ -14,7 +14,7 @@ typedef struct pv_texels {
 } pv_texels;
 
 /* A Gaussian window of side x side texels. Differences are multiplied by `root`, the root of the weight, so that the
- * sum of squares over at most all taps, each counted four times, stays below 2^31. */
+ * sum of squares over at most all taps, each counted sixteen times, stays below 2^31. */
 typedef struct pv_window {
     int32_t side, radius, features;
     int32_t taps, stride; /* numbers of a neighbourhood; with padding */
@@ -60,7 +60,7 @@ static inline int32_t pv_bank_row(const pv_bank *bank, int32_t position)
     return position < bank->width * bank->height ? bank->width : bank->height;
 }
 
-/* Squared distances of a neighbourhood from those at `positions`; `presence` is 0 where it is not known, 2 where it is
+/* Squared distances of a neighbourhood from those at `positions`; `presence` is 0 where it is not known, 4 where it is
  * measured. All arrays of values are aligned to 32 bytes. */
 typedef void pv_distances(const pv_bank *bank, const int16_t *patch, const int16_t *presence, const int32_t *positions,
                           int32_t count, int32_t *out);

@@ -136,7 +136,7 @@ void pv_palette_encode(const pv_palette *palette, const double *stored, uint8_t 
 
 pave_result pv_texels_create(pave_context *context, const pv_palette *palette, const pave_image *image, pv_texels *out)
 {
-    pave_result result;
+    pave_result result = PAVE_OK;
     double stored[PV_MOST_FEATURES];
     size_t n = (size_t)image->width * (size_t)image->height;
     *out = (pv_texels){ image->width, image->height, palette->features, NULL, NULL };

@@ -50,7 +50,7 @@ static void draw_rank(void *data, int64_t voxel, uint32_t key)
 
 pave_result pv_match_ranks(pave_context *context, const pv_grid *grid, uint64_t seed, uint32_t *ranks, int64_t *count)
 {
-    pave_result result;
+    pave_result result = PAVE_OK;
     matching m = { NULL, NULL, ranks, seed };
     m.first = pv_allocate_zeroed(context, KEYS, sizeof *m.first, &result);
     m.many = m.first ? pv_allocate_zeroed(context, KEYS, sizeof *m.many, &result) : NULL;

@@ -38,7 +38,7 @@ static float mean_grey(const void *values, int32_t type, int64_t first, int32_t 
 
 static pave_result open_planes(pave_context *context, plane3 *p)
 {
-    pave_result result;
+    pave_result result = PAVE_OK;
     p->count = (int64_t)p->size[0] * p->size[1] * p->size[2];
     p->grey = pv_allocate(context, (size_t)p->count, sizeof *p->grey, &result);
     if (p->grey)
@@ -186,7 +186,7 @@ static double quantile(const float *sorted, int64_t count, double q)
 static pave_result measure_histogram(pave_context *context, const plane3 *sample, const plane3 *stone,
                                      pave_solid_measure *m)
 {
-    pave_result result;
+    pave_result result = PAVE_OK;
     int64_t n = 0;
     float *a = pv_allocate(context, (size_t)sample->count, sizeof *a, &result);
     float *b = a ? pv_allocate(context, (size_t)stone->count, sizeof *b, &result) : NULL;
@@ -308,7 +308,7 @@ static void project(const float *patches, uint32_t direction, float *out)
 static pave_result measure_slices(pave_context *context, const plane3 *sample, const plane3 *stone,
                                   pave_solid_measure *m)
 {
-    pave_result result;
+    pave_result result = PAVE_OK;
     float *room = pv_allocate(context, 2 * (size_t)PATCHES * (TAPS + 1), sizeof *room, &result);
     if (!room)
         return result;

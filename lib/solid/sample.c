@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { KEPT = 6, MOST_LISTED = 64, FORCED = 8 };
+enum { KEPT = 6, MOST_LISTED = 64, FORCED = 8, FORCED_AGREE = 1024, MEASURED_WEIGHT = 4 };
 
 typedef struct candidate {
     int32_t position;
@@ -19,7 +19,7 @@ typedef struct plane_choice {
     uint64_t filter;
     candidate kept[KEPT];
     int kept_count;
-    int64_t present; /* weight of the taps present, a measured one counting four times */
+    int64_t present; /* weight of the taps present, a measured one counting sixteen times */
     int64_t weight;  /* share of the plane's taps that are present, 1/256 */
 } plane_choice;
 
@@ -79,7 +79,7 @@ static void gather(choice *c, int p)
         for (int x = -r; x <= r; x++, tap += n) {
             int64_t voxel = step_u[x] < 0 || step_v[y] < 0 ? -1 : here + step_u[x] + step_v[y];
             int measured = grid->state[voxel < 0 ? 0 : voxel] == PAVE_VOXEL_MEASURED && !c->s->paper;
-            int16_t there = (int16_t)(is_there(grid, voxel) ? 1 + measured : 0);
+            int16_t there = (int16_t)(!is_there(grid, voxel) ? 0 : measured ? MEASURED_WEIGHT : 1);
             int64_t root = w->root[tap];
             area += there ? root * root : 0;
             present += root * root * there * there;
@@ -191,7 +191,7 @@ static int64_t value_distance(const choice *c, const pv_bank *bank, const uint8_
     int64_t d = 0;
     for (int32_t f = 0; f < bank->features; f++)
         d += ((int64_t)a[f] - b[f]) * ((int64_t)a[f] - b[f]);
-    return d * bank->window.centre * (c->forced ? 4 * c->s->agree : c->s->agree) >> 6;
+    return d * bank->window.centre * (c->forced ? FORCED_AGREE : c->s->agree) >> 6;
 }
 
 static const uint8_t *feature_of(const pv_bank *bank, int32_t position)
@@ -218,7 +218,31 @@ static int64_t value_cost(const choice *c, const uint8_t *value, int32_t source[
     return cost;
 }
 
-/* How the statistics of the whole look upon a class here. */
+static int are_like(const pv_bank *bank, int a, int b)
+{
+    return bank->step_bin[abs(a - b)] <= bank->step_bin[0] || bank->step_bin[abs(a - b)] < PV_STEPS / 2;
+}
+
+/* A measured voxel with few like it around it stands out as a speck: being unlike it costs more, the lonelier it is. */
+static int64_t loneliness(const choice *c, int64_t measured, int which, uint8_t class)
+{
+    enum { COMPANY = 3 };
+    const pv_grid *grid = c->s->grid;
+    const pv_bank *bank = c->s->bank[which / 2];
+    int32_t at[3] = { c->at[0], c->at[1], c->at[2] };
+    int alike = 0;
+    if (are_like(bank, class, grid->class[measured]))
+        return 1;
+    at[which / 2] = (at[which / 2] + (which & 1 ? 1 : -1) + grid->size[which / 2]) % grid->size[which / 2];
+    for (int i = 0; i < 6; i++) {
+        int64_t beside = pv_grid_beside(grid, at, i);
+        alike += beside != c->voxel && is_there(grid, beside) &&
+                 are_like(bank, grid->class[measured], grid->class[beside]);
+    }
+    return alike < COMPANY ? 1 + 2 * (COMPANY - alike) : 1;
+}
+
+/* How the statistics of the whole look upon a class here, and the measured voxels beside it. */
 static int64_t steered(const choice *c, int64_t cost, uint8_t class)
 {
     const pv_control *control = c->s->control;
@@ -231,6 +255,8 @@ static int64_t steered(const choice *c, int64_t cost, uint8_t class)
         int64_t beside = pv_grid_beside(grid, c->at, i);
         if (!is_there(grid, beside))
             continue;
+        if (grid->state[beside] == PAVE_VOXEL_MEASURED)
+            cost *= loneliness(c, beside, i, class);
         sum += control->step_factor[c->s->bank[i / 2]->step_bin[abs(class - grid->class[beside])]];
         count++;
     }

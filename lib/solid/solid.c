@@ -313,7 +313,7 @@ static int ascending(const void *a, const void *b)
 /* The r-th of the free voxels gets the value of that rank in the sample. */
 static pave_result store_matched(making *m)
 {
-    pave_result result;
+    pave_result result = PAVE_OK;
     int64_t pixels = 0, count = 0, all = 0;
     for (int32_t i = 0; i < m->samples; i++)
         all += (int64_t)m->sample[i]->width * m->sample[i]->height;
@@ -389,7 +389,7 @@ pave_result pave_solid_create(pave_context *context, const pave_solid_input *inp
         *out = NULL;
     if (!context || !input || !out)
         return PAVE_ERR_ARGUMENT;
-    pave_result result;
+    pave_result result = PAVE_OK;
     making *m = pv_allocate_zeroed(context, 1, sizeof *m, &result);
     if (!m)
         return result;

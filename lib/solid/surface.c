@@ -74,7 +74,7 @@ static int same_place(const corner *a, const corner *b)
 /* first[vertex]: the lowest vertex at the same place. */
 static pave_result merge(pave_context *context, const pave_mesh *mesh, int32_t *first)
 {
-    pave_result result;
+    pave_result result = PAVE_OK;
     corner *corners = pv_allocate(context, (size_t)mesh->vertex_count, sizeof *corners, &result);
     if (!corners)
         return result;
@@ -107,7 +107,7 @@ static int by_ends(const void *a, const void *b)
 
 static pave_result judge_edges(pave_context *context, pv_surface *s)
 {
-    pave_result result;
+    pave_result result = PAVE_OK;
     int64_t n = 3 * s->count;
     edge *edges = pv_allocate(context, (size_t)n, sizeof *edges, &result);
     if (!edges)
@@ -131,7 +131,7 @@ static pave_result judge_edges(pave_context *context, pv_surface *s)
 
 pave_result pv_surface_create(pave_context *context, const pave_mesh *mesh, pv_surface *s)
 {
-    pave_result result;
+    pave_result result = PAVE_OK;
     memset(s, 0, sizeof *s);
     int32_t *first = pv_allocate(context, (size_t)mesh->vertex_count, sizeof *first, &result);
     if (first)

@@ -141,7 +141,7 @@ static void fill_rows(voxelizing *v)
 static pave_result fill_closed(voxelizing *v)
 {
     enum { BATCH = 4096 };
-    pave_result result;
+    pave_result result = PAVE_OK;
     v->signs = v->surface.turned_edges == 0;
     v->crossings = pv_allocate_zeroed(v->context, (size_t)v->voxels, sizeof *v->crossings, &result);
     for (int64_t t = 0; t < v->surface.count && v->crossings && !result; t++) {

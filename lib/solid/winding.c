@@ -157,7 +157,7 @@ static void build(pv_winding *w, int32_t index, int32_t from, int32_t to)
 pave_result pv_winding_create(pave_context *context, const double *vertices, const pv_surface *surface,
                               pv_winding **out)
 {
-    pave_result result;
+    pave_result result = PAVE_OK;
     pv_winding *w = *out = pv_allocate_zeroed(context, 1, sizeof *w, &result);
     if (!w)
         return result;
