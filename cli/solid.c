@@ -262,8 +262,11 @@ static int run(solid_work *w)
     phase(0, 0.1);
     int status = read_inputs(w);
     phase(0.1, 0.9);
-    if (!status)
-        status = exit_code(make(w), WHILE_WORKING);
+    pave_result result = status ? PAVE_OK : make(w);
+    if (result == PAVE_ERR_ARGUMENT && (w->point_count || w->options->slice_count || w->partial))
+        status = EXIT_INPUT; /* what was measured does not fit */
+    else if (!status)
+        status = exit_code(result, WHILE_WORKING);
     phase(0.9, 1);
     if (!status)
         status = exit_code(write_outputs(w), WHILE_WRITING);
