@@ -148,7 +148,7 @@ typedef struct pave_solid_measure {
     double emd;            /* histogram distance, grey levels of 255 */
     double phase;          /* difference of the share above the sample's Otsu threshold; of a sample with at most 8
                               values the greatest difference of any value's share */
-    double s2_rmse;        /* two-point correlation of that phase, lags 1..12, against the mean over the sample's axes */
+    double s2_rmse;        /* two-point correlation of that phase, lags 1..12, against the mean of the sample's axes */
     double cov_error;      /* the same of (S2 - phi^2) / (phi - phi^2): structure without drift */
     double isotropy;       /* greatest difference of S2 between two axes, lags 1..8 */
     double correlation[3]; /* between neighbours along x, y, z */

@@ -438,7 +438,8 @@ static pave_result read_mesh(reader *r, pave_mesh **out)
     if (!result && !r->triangle_count)
         result = wrong(r, "has no triangles");
     if (!result)
-        result = pave_mesh_create(r->context, r->vertices, r->vertex_count / 3, r->triangles, r->triangle_count / 3, out);
+        result = pave_mesh_create(r->context, r->vertices, r->vertex_count / 3, r->triangles, r->triangle_count / 3,
+                                  out);
     return result;
 }
 

@@ -53,7 +53,8 @@ static void nrrd_head(const pave_volume *v, const char *encoding, head *h)
     h->length = 0;
     add(h, "NRRD0004\n# complete header: http://teem.sourceforge.net/nrrd/format.html\ntype: ");
     add(h, v->type == PAVE_U8 ? "uint8" : v->type == PAVE_U16 ? "uint16" : "float");
-    add(h, v->channels > 1 ? "\ndimension: 4\nspace dimension: 3\nsizes: " : "\ndimension: 3\nspace dimension: 3\nsizes: ");
+    add(h, v->channels > 1 ? "\ndimension: 4" : "\ndimension: 3");
+    add(h, "\nspace dimension: 3\nsizes: ");
     if (v->channels > 1)
         add_whole(h, v->channels), add(h, " ");
     for (int a = 0; a < 3; a++)

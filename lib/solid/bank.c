@@ -195,7 +195,8 @@ static pave_result allocate(pave_context *context, pv_bank *bank)
     bank->feature = pv_allocate(context, n, (size_t)bank->features, &result);
     bank->class = result ? NULL : pv_allocate(context, n, 1, &result);
     bank->inside = result ? NULL : pv_allocate(context, n, 1, &result);
-    bank->patch = result ? NULL : pv_allocate_zeroed(context, n * (size_t)bank->window.stride, sizeof *bank->patch, &result);
+    if (!result)
+        bank->patch = pv_allocate_zeroed(context, n * (size_t)bank->window.stride, sizeof *bank->patch, &result);
     bank->nearest = result ? NULL : pv_allocate(context, n * PV_NEAREST, sizeof *bank->nearest, &result);
     bank->inner = result ? NULL : pv_allocate(context, n, sizeof *bank->inner, &result);
     return result;

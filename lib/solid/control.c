@@ -255,7 +255,8 @@ pave_result pv_work_flood(pv_work *work, const pv_flood *flood, double from, dou
         }
         since += level.count;
         int32_t tasks = (int32_t)((level.count + FLOOD_BATCH - 1) / FLOOD_BATCH);
-        double a = (double)flood->level[l] / (double)flood->count, b = (double)flood->level[l + 1] / (double)flood->count;
+        double a = (double)flood->level[l] / (double)flood->count;
+        double b = (double)flood->level[l + 1] / (double)flood->count;
         result = pv_parallel(work->context, tasks, flood_task, &level, from + (to - from) * a, from + (to - from) * b);
     }
     settle(work);

@@ -80,8 +80,8 @@ static pave_result measure_slice(domain *d, int32_t index)
     int u = axis == 0, w = axis == 2 ? 1 : 2;
     int32_t channels = image->channels - (image->alpha >= 0);
     if (image->width > v->size[u] || image->height > v->size[w] || channels != v->channels)
-        return pv_fail(d->context, PAVE_ERR_ARGUMENT, "%s has %d x %d px and %d channels, but fits %d x %d and %d", what,
-                       (int)image->width, (int)image->height, (int)channels, (int)v->size[u], (int)v->size[w],
+        return pv_fail(d->context, PAVE_ERR_ARGUMENT, "%s has %d x %d px and %d channels, but fits %d x %d and %d",
+                       what, (int)image->width, (int)image->height, (int)channels, (int)v->size[u], (int)v->size[w],
                        (int)v->channels);
     pave_result result = PAVE_OK;
     at[axis] = place;

@@ -277,7 +277,8 @@ static void draw_patches(const plane3 *p, int axis, uint32_t use, float *patches
     for (uint32_t i = 0; i < PATCHES; i++) {
         pv_random r = pv_draw(use, PV_DRAW_RANK, i, 0, 1);
         int64_t slice = (int64_t)(i % SLICES) * (p->size[axis] - 1) / (SLICES - 1);
-        int64_t x = pv_below(r.word[0], (uint32_t)(p->size[u] - SIDE)), y = pv_below(r.word[1], (uint32_t)(p->size[w] - SIDE));
+        int64_t x = pv_below(r.word[0], (uint32_t)(p->size[u] - SIDE));
+        int64_t y = pv_below(r.word[1], (uint32_t)(p->size[w] - SIDE));
         for (int t = 0; t < TAPS; t++)
             patches[i * TAPS + (uint32_t)t] = p->grey[slice * along[axis] + (x + t % SIDE) * along[u] +
                                                       (y + t / SIDE) * along[w]];

@@ -121,8 +121,8 @@ static pave_result make_banks(pave_context *context, const pv_pyramid *pyramid, 
     for (int p = 0; p < PV_PLANES && !result; p++) {
         bank[p] = &own[pyramid->same ? 0 : p];
         if (p == 0 || !pyramid->same)
-            result = pv_bank_create(context, &pyramid->texels[level][p], pyramid->side, pyramid->sigma, pyramid->same, 1,
-                                    pyramid->seed, &own[p]);
+            result = pv_bank_create(context, &pyramid->texels[level][p], pyramid->side, pyramid->sigma, pyramid->same,
+                                    1, pyramid->seed, &own[p]);
     }
     return result;
 }

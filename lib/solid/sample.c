@@ -209,7 +209,8 @@ static int64_t value_cost(const choice *c, const uint8_t *value, int32_t source[
         int64_t least = INT64_MAX;
         source[p] = -1;
         for (int i = 0; i < plane->kept_count && plane->kept[i].distance < least; i++) {
-            int64_t d = plane->kept[i].distance + value_distance(c, bank, feature_of(bank, plane->kept[i].position), value);
+            const uint8_t *other = feature_of(bank, plane->kept[i].position);
+            int64_t d = plane->kept[i].distance + value_distance(c, bank, other, value);
             if (d < least)
                 least = d, source[p] = plane->kept[i].position;
         }

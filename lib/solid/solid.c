@@ -133,31 +133,34 @@ static double feature_size(const pv_texels *t, int labels)
     return (double)n / (double)(changes + t->height);
 }
 
-/* Each level doubles what a window can see; every sample must still be wider than some windows. */
+/* A window of 5 holds features of about 4 voxels, and each level doubles that; more levels than needed cost fine
+ * detail. Every sample must still be some windows wide at its coarsest. */
 static int32_t choose_levels(const making *m)
 {
     enum { WINDOWS = 4 };
-    int32_t levels = 1, wanted = m->params.levels;
+    int32_t levels = 2, side = INT32_MAX;
     double size = 0;
-    for (int32_t i = 0; i < m->samples; i++)
+    for (int32_t i = 0; i < m->samples; i++) {
+        const pave_image *s = m->sample[i];
+        int32_t least = s->width < s->height ? s->width : s->height;
+        side = least < side ? least : side;
         size = fmax(size, feature_size(&m->pyramid.texels[0][i], m->palette.labels));
-    for (; levels < PV_MOST_LEVELS; levels++) {
-        int32_t least = INT32_MAX;
-        for (int32_t i = 0; i < m->samples; i++) {
-            const pave_image *s = m->sample[i];
-            int32_t side = s->width < s->height ? s->width : s->height;
-            least = side >> levels < least ? side >> levels : least;
-        }
-        if (least < WINDOWS * m->params.window || (wanted ? levels >= wanted : levels >= 3))
-            break;
     }
-    (void)size;
+    for (double held = 9.0 / 5 * m->params.window; held < size && levels < PV_MOST_LEVELS; held *= 4)
+        levels++;
+    if (m->params.levels)
+        levels = m->params.levels;
+    while (levels > 1 && side >> (levels - 1) < WINDOWS * m->params.window)
+        levels--;
     return levels;
 }
 
+/* By level, from the full one. */
 static const pv_recipe recipes[] = {
-    { 5, 64, 13, 512, 256, 256, 6 }, { 8, 128, 13, 512, 256, 256, 6 }, { 16, 128, 13, 512, 256, 256, 6 },
+    { 5, 64, 13, 512, 256, 256, 14 }, { 8, 128, 13, 512, 256, 256, 14 }, { 16, 128, 13, 512, 256, 256, 14 },
 };
+
+enum { LABELS_AGREE = 6 }; /* of labels neighbourhoods decide, not how near values are */
 
 static pave_result prepare_pyramid(making *m)
 {
@@ -169,6 +172,8 @@ static pave_result prepare_pyramid(making *m)
     p->seed = m->params.seed;
     for (int32_t l = 0; l < p->levels; l++)
         p->recipe[l] = recipes[l < 2 ? l : 2];
+    for (int32_t l = 0; l < p->levels && p->labels; l++)
+        p->recipe[l].agree = LABELS_AGREE;
     for (int32_t l = 1; l < p->levels; l++)
         for (int32_t i = 0; i < m->samples && !result; i++)
             result = pv_texels_halve(m->context, &p->texels[l - 1][i], p->labels, &p->texels[l][i]);
@@ -205,7 +210,8 @@ static pave_result make_bank(making *m, int transposed, int alike, double sigma)
 
 static pv_sampler sampler_of(making *m)
 {
-    pv_sampler s = { .grid = &m->grid, .seed = m->params.seed, .agree = recipes[0].agree };
+    pv_sampler s = { .grid = &m->grid, .seed = m->params.seed };
+    s.agree = m->palette.labels ? LABELS_AGREE : recipes[0].agree;
     for (int p = 0; p < PV_PLANES; p++)
         s.bank[p] = &m->bank[m->samples == 1 ? 0 : p];
     return s;

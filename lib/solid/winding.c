@@ -29,7 +29,8 @@ static double angle(double y, double x)
     if (most == 0)
         return 0;
     double t = (ax < ay ? ax : ay) / most, s = t * t;
-    double a = t * (0.99997726 + s * (-0.33262347 + s * (0.19354346 + s * (-0.11643287 + s * (0.05265332 - s * 0.01172120)))));
+    double a = 0.05265332 - s * 0.01172120;
+    a = t * (0.99997726 + s * (-0.33262347 + s * (0.19354346 + s * (-0.11643287 + s * a))));
     if (ay > ax)
         a = pi / 2 - a;
     if (x < 0)
