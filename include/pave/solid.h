@@ -135,8 +135,7 @@ typedef struct pave_solid_input {
 
 PAVE_API void pave_solid_input_init(pave_solid_input *input, size_t size);
 
-/* Makes a stone. With the mode best, samples whose grain is too fine for a pyramid are made in fast mode, and a message
- * says so. Memory: docs/formats.md. Cost: about 25 us a voxel and thread, whatever the size of the sample.
+/* Makes a stone. Memory: docs/formats.md. Cost: about 30 us a voxel and thread, whatever the size of the sample.
  * Errors: PAVE_ERR_ARGUMENT for measurements outside the stone or contradicting each other (the first is named), a
  * sample smaller than its window; PAVE_ERR_FORMAT for a mesh without inside; PAVE_ERR_LIMIT beyond max_bytes. */
 PAVE_API pave_result pave_solid_create(pave_context *context, const pave_solid_input *input,

@@ -151,27 +151,27 @@ static void add_step(int64_t counts[PV_CLASSES], const uint8_t *class, int32_t a
     counts[abs(class[a] - class[b])]++;
 }
 
-/* Differences between neighbours, in bins that hold about equally many. */
-static void count_steps(pv_bank *bank)
+/* Differences between texels so far apart, in bins that hold about equally many. */
+static void count_steps(pv_bank *bank, int which, int32_t lag)
 {
     int64_t counts[PV_CLASSES] = { 0 }, all = 0, seen = 0;
     for (int32_t y = 0; y < bank->height; y++)
         for (int32_t x = 0; x < bank->width; x++) {
             int32_t p = y * bank->width + x;
-            if (x + 1 < bank->width)
-                add_step(counts, bank->class, p, p + 1);
-            if (y + 1 < bank->height)
-                add_step(counts, bank->class, p, p + bank->width);
+            if (x + lag < bank->width)
+                add_step(counts, bank->class, p, p + lag);
+            if (y + lag < bank->height)
+                add_step(counts, bank->class, p, p + lag * bank->width);
         }
     for (int32_t d = 0; d < PV_CLASSES; d++)
         all += counts[d];
-    for (int32_t d = 0; d < PV_CLASSES; d++) {
+    for (int32_t d = 0; d < PV_CLASSES && all; d++) {
         int64_t bin = (seen + counts[d] / 2) * PV_STEPS / all;
-        bank->step_bin[d] = (uint8_t)(bin < PV_STEPS ? bin : PV_STEPS - 1);
-        bank->step_target[bank->step_bin[d]] += (int32_t)counts[d];
+        bank->step_bin[which][d] = (uint8_t)(bin < PV_STEPS ? bin : PV_STEPS - 1);
+        bank->step_target[which][bank->step_bin[which][d]] += (int32_t)counts[d];
         seen += counts[d];
     }
-    bank->step_total = (int32_t)all;
+    bank->step_total[which] = (int32_t)all;
 }
 
 static void measure_variance(pv_bank *bank)
@@ -219,7 +219,8 @@ pave_result pv_bank_create(pave_context *context, const pv_texels *texels, int32
     copy_texels(texels, bank);
     fill_patches(bank);
     count_classes(bank);
-    count_steps(bank);
+    count_steps(bank, 0, 1);
+    count_steps(bank, 1, PV_FAR);
     measure_variance(bank);
     memset(bank->nearest, -1, (size_t)bank->positions * PV_NEAREST * sizeof *bank->nearest);
     return alike ? pv_bank_alike(context, bank, seed) : PAVE_OK;

@@ -4,7 +4,8 @@
 #include "base/context.h"
 #include "image/image.h"
 
-enum { PV_NEAREST = 3, PV_CLASSES = 256, PV_STEPS = 16, PV_MOST_FEATURES = 8, PV_MOST_SIDE = 31 };
+enum { PV_NEAREST = 3, PV_CLASSES = 256, PV_STEPS = 16, PV_LAGS = 2, PV_FAR = 4 };
+enum { PV_MOST_FEATURES = 8, PV_MOST_SIDE = 31 };
 
 /* What texels are compared by: for a few labels one number a label (all but the commonest), else the channels. */
 typedef struct pv_texels {
@@ -36,8 +37,9 @@ typedef struct pv_bank {
     int32_t class_start[PV_CLASSES + 1];
     int32_t target[PV_CLASSES];   /* texels of each class */
     int32_t target_total;
-    uint8_t step_bin[PV_CLASSES]; /* bin of a difference of classes */
-    int32_t step_target[PV_STEPS], step_total;
+    /* differences between texels 1 and PV_FAR apart: their bins, and how many texels there are in each */
+    uint8_t step_bin[PV_LAGS][PV_CLASSES];
+    int32_t step_target[PV_LAGS][PV_STEPS], step_total[PV_LAGS];
     int64_t variance;             /* of a texel, summed over features */
 } pv_bank;
 

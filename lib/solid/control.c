@@ -76,21 +76,31 @@ static void freeze_uses(pv_work *work, int p)
     }
 }
 
+static void freeze_steps(pv_work *work, int lag)
+{
+    pv_control *control = &work->control;
+    const pv_bank *bank = work->sampler.bank[0];
+    int64_t all = 0;
+    for (int s = 0; s < PV_STEPS; s++)
+        all += control->steps[lag][s];
+    for (int s = 0; s < PV_STEPS; s++)
+        control->step_factor[lag][s] = all > 0 && bank->step_total[lag]
+                                           ? factor(control->steps[lag][s], all, bank->step_target[lag][s],
+                                                    bank->step_total[lag], work->weight_step) : 256;
+}
+
 static void freeze(pv_work *work)
 {
     pv_control *control = &work->control;
     const pv_bank *bank = work->sampler.bank[0];
-    int64_t classes = 0, steps = 0;
+    int64_t classes = 0;
     for (int c = 0; c < PV_CLASSES; c++)
         classes += control->classes[c];
-    for (int s = 0; s < PV_STEPS; s++)
-        steps += control->steps[s];
     for (int c = 0; c < PV_CLASSES; c++)
         control->class_factor[c] = classes ? factor(control->classes[c], classes, bank->target[c], bank->target_total,
                                                     work->weight_class) : 256;
-    for (int s = 0; s < PV_STEPS; s++)
-        control->step_factor[s] = steps ? factor(control->steps[s], steps, bank->step_target[s], bank->step_total,
-                                                 work->weight_step) : 256;
+    for (int l = 0; l < PV_LAGS; l++)
+        freeze_steps(work, l);
     for (int p = 0; p < PV_PLANES; p++)
         if (!shares_bank(work, p))
             freeze_uses(work, p);
@@ -100,8 +110,8 @@ static void add_tally(pv_control *control, pv_tally *tally, const pv_sampler *sa
 {
     for (int c = 0; c < PV_CLASSES; c++)
         control->classes[c] += tally->classes[c];
-    for (int s = 0; s < PV_STEPS; s++)
-        control->steps[s] += tally->steps[s];
+    for (int s = 0; s < PV_LAGS * PV_STEPS; s++)
+        control->steps[s / PV_STEPS][s % PV_STEPS] += tally->steps[s / PV_STEPS][s % PV_STEPS];
     memset(tally->classes, 0, sizeof tally->classes);
     memset(tally->steps, 0, sizeof tally->steps);
     for (int p = 0; p < PV_PLANES; p++) {
@@ -133,11 +143,11 @@ void pv_work_count(pv_work *work)
                 if (grid->state[i] < PAVE_VOXEL_MEASURED)
                     continue;
                 control->classes[grid->class[i]]++;
-                for (int b = 1; b < 6; b += 2) {
-                    int64_t beside = pv_grid_beside(grid, at, b);
-                    if (beside >= 0 && grid->state[beside] >= PAVE_VOXEL_MEASURED)
-                        control->steps[work->sampler.bank[b / 2]
-                                           ->step_bin[abs(grid->class[i] - grid->class[beside])]]++;
+                for (int k = 0; k < 3 * pv_grid_lags(grid); k++) {
+                    int64_t other = pv_grid_towards(grid, at, 2 * (k % 3) + 1, k < 3 ? 1 : PV_FAR);
+                    if (other >= 0 && grid->state[other] >= PAVE_VOXEL_MEASURED)
+                        control->steps[k / 3][work->sampler.bank[k % 3]
+                                                  ->step_bin[k / 3][abs(grid->class[i] - grid->class[other])]]++;
                 }
                 for (int p = 0; p < PV_PLANES; p++)
                     if (grid->source[p][i] >= 0)

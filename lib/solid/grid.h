@@ -32,16 +32,30 @@ static inline int64_t pv_grid_at(const pv_grid *grid, int32_t x, int32_t y, int3
     return ((int64_t)z * grid->size[1] + y) * grid->size[0] + x;
 }
 
-/* The voxel beside (x, y, z), 0..5: -x +x -y +y -z +z; -1: none. */
-static inline int64_t pv_grid_beside(const pv_grid *grid, const int32_t at[3], int which)
+/* Voxels PV_FAR apart are never of one class of a pass, unless an axis is periodic or the window is larger. */
+static inline int pv_grid_lags(const pv_grid *grid)
+{
+    return grid->reach == 2 && !grid->periodic ? PV_LAGS : 1;
+}
+
+/* The voxel `lag` beside (x, y, z), 0..5: -x +x -y +y -z +z; -1: none. */
+static inline int64_t pv_grid_towards(const pv_grid *grid, const int32_t at[3], int which, int32_t lag)
 {
     int axis = which / 2;
+    int32_t to = at[axis] + (which & 1 ? lag : -lag);
+    if (to < -grid->reach || to >= grid->size[axis] + grid->reach)
+        return -1;
     int64_t index = 0;
     for (int a = 0; a < 3; a++) {
-        int64_t s = grid->step[a][at[a] + grid->reach + (a == axis ? (which & 1 ? 1 : -1) : 0)];
+        int64_t s = grid->step[a][(a == axis ? to : at[a]) + grid->reach];
         if (s < 0)
             return -1;
         index += s;
     }
     return index;
+}
+
+static inline int64_t pv_grid_beside(const pv_grid *grid, const int32_t at[3], int which)
+{
+    return pv_grid_towards(grid, at, which, 1);
 }

@@ -221,7 +221,8 @@ static int64_t value_cost(const choice *c, const uint8_t *value, int32_t source[
 
 static int are_like(const pv_bank *bank, int a, int b)
 {
-    return bank->step_bin[abs(a - b)] <= bank->step_bin[0] || bank->step_bin[abs(a - b)] < PV_STEPS / 2;
+    const uint8_t *bin = bank->step_bin[0];
+    return bin[abs(a - b)] <= bin[0] || bin[abs(a - b)] < PV_STEPS / 2;
 }
 
 /* A measured voxel with few like it around it stands out as a speck: being unlike it costs more, the lonelier it is. */
@@ -246,22 +247,26 @@ static int64_t loneliness(const choice *c, int64_t measured, int which, uint8_t 
 /* How the statistics of the whole look upon a class here, and the measured voxels beside it. */
 static int64_t steered(const choice *c, int64_t cost, uint8_t class)
 {
+    static const int32_t lag[PV_LAGS] = { 1, PV_FAR };
     const pv_control *control = c->s->control;
     const pv_grid *grid = c->s->grid;
-    int64_t sum = 0, count = 0;
     if (!control)
         return cost;
     cost = cost * control->class_factor[class] >> 8;
-    for (int i = 0; i < 6 && c->s->steps; i++) {
-        int64_t beside = pv_grid_beside(grid, c->at, i);
-        if (!is_there(grid, beside))
-            continue;
-        if (grid->state[beside] == PAVE_VOXEL_MEASURED)
-            cost *= loneliness(c, beside, i, class);
-        sum += control->step_factor[c->s->bank[i / 2]->step_bin[abs(class - grid->class[beside])]];
-        count++;
+    for (int l = 0; l < pv_grid_lags(grid) && c->s->steps; l++) {
+        int64_t sum = 0, count = 0;
+        for (int i = 0; i < 6; i++) {
+            int64_t other = pv_grid_towards(grid, c->at, i, lag[l]);
+            if (!is_there(grid, other))
+                continue;
+            if (l == 0 && grid->state[other] == PAVE_VOXEL_MEASURED)
+                cost *= loneliness(c, other, i, class);
+            sum += control->step_factor[l][c->s->bank[i / 2]->step_bin[l][abs(class - grid->class[other])]];
+            count++;
+        }
+        cost = count ? cost * sum / (256 * count) : cost;
     }
-    return count ? cost * sum / (256 * count) : cost;
+    return cost;
 }
 
 typedef struct option {
@@ -309,12 +314,14 @@ static const option *draw_option(const choice *c, option options[], int count)
 
 static void count_steps(const choice *c, int class, int by)
 {
+    static const int32_t lag[PV_LAGS] = { 1, PV_FAR };
     const pv_grid *grid = c->s->grid;
-    for (int i = 0; i < 6; i++) {
-        int64_t beside = pv_grid_beside(grid, c->at, i);
-        if (is_there(grid, beside) && beside != c->voxel)
-            c->scratch->tally.steps[c->s->bank[i / 2]->step_bin[abs(class - grid->class[beside])]] += by;
-    }
+    for (int l = 0; l < pv_grid_lags(grid); l++)
+        for (int i = 0; i < 6; i++) {
+            int64_t other = pv_grid_towards(grid, c->at, i, lag[l]);
+            if (is_there(grid, other) && other != c->voxel)
+                c->scratch->tally.steps[l][c->s->bank[i / 2]->step_bin[l][abs(class - grid->class[other])]] += by;
+        }
 }
 
 /* Writes the voxel, and counts what changes. */

@@ -146,7 +146,7 @@ static int32_t choose_levels(const making *m)
         side = least < side ? least : side;
         size = fmax(size, feature_size(&m->pyramid.texels[0][i], m->palette.labels));
     }
-    for (double held = 9.0 / 5 * m->params.window; held < size && levels < PV_MOST_LEVELS; held *= 4)
+    for (double held = m->params.window; held < size && levels < PV_MOST_LEVELS; held *= 4)
         levels++;
     if (m->params.levels)
         levels = m->params.levels;
@@ -250,7 +250,7 @@ static pave_result grow_fast(making *m)
         pv_work_count(&work);
     if (!result)
         result = pv_work_flood(&work, &m->flood, 0, 1.0 / (1 + PASSES));
-    work.sampler.steps = 1;
+    work.sampler.steps = m->samples == 1;
     for (int i = 1; i <= PASSES && !result; i++)
         result = pv_work_pass(&work, (double)i / (1 + PASSES), (i + 1.0) / (1 + PASSES));
     pv_work_end(&work);
