@@ -253,7 +253,7 @@ static int64_t steered(const choice *c, int64_t cost, uint8_t class)
     if (!control)
         return cost;
     cost = cost * control->class_factor[class] >> 8;
-    for (int l = 0; l < pv_grid_lags(grid) && c->s->steps; l++) {
+    for (int l = 0; l < pv_grid_lags(grid) && l < c->s->steps; l++) {
         int64_t sum = 0, count = 0;
         for (int i = 0; i < 6; i++) {
             int64_t other = pv_grid_towards(grid, c->at, i, lag[l]);

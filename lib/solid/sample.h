@@ -29,7 +29,7 @@ typedef struct pv_sampler {
     int32_t agree;       /* mu, 1/256: how much the value counts against the neighbourhood */
     int32_t paper;       /* exhaustive, in one plane */
     pv_distances *distances;
-    int32_t steps;       /* the histograms of steps count */
+    int32_t steps;       /* so many histograms of steps count */
 } pv_sampler;
 
 /* Room for one worker. */
