@@ -30,12 +30,9 @@ static const pv_table *find_table(int32_t table)
     case PAVE_PARAMS_CVD: return &pv_cvd_table;
     case PAVE_PARAMS_STONES: return &pv_stones_table;
     case PAVE_PARAMS_STREAM: return &pv_stream_table;
-<<<<<<< HEAD
     case PAVE_PARAMS_PALETTE: return &pv_palette_table;
     case PAVE_PARAMS_MEASURE: return &pv_measure_table;
-=======
     case PAVE_PARAMS_SOLID: return &pv_solid_table;
->>>>>>> ab3aeb3 (Digital stones: volumes from flat samples, in boxes and meshes, around measurements)
     default: return NULL;
     }
 }

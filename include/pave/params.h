@@ -18,12 +18,9 @@ enum {
     PAVE_PARAMS_CVD = 5,       /* pave_cvd_params */
     PAVE_PARAMS_STONES = 6,    /* pave_stones_params */
     PAVE_PARAMS_STREAM = 7,    /* pave_stream_params */
-<<<<<<< HEAD
+    PAVE_PARAMS_SOLID = 13,    /* pave_solid_params */
     PAVE_PARAMS_PALETTE = 30,  /* pave_palette_params */
     PAVE_PARAMS_MEASURE = 31   /* pave_stones_measure_params */
-=======
-    PAVE_PARAMS_SOLID = 13     /* pave_solid_params */
->>>>>>> ab3aeb3 (Digital stones: volumes from flat samples, in boxes and meshes, around measurements)
 };
 
 /* How a field is stored. */
