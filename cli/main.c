@@ -17,6 +17,7 @@ static const verb verbs[] = {
     { "measure", measure_main, "judge stones against their drawing" },
     { "tile", tile_main, "make a larger texture, or one that repeats without a seam, from a small one" },
     { "field", field_main, "write the distance field of a drawing" },
+    { "solid", solid_main, "make a volume of stone from a flat sample" },
     { "info", info_main, "list backends, devices and versions" },
 };
 

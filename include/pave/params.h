@@ -18,9 +18,10 @@ enum {
     PAVE_PARAMS_CVD = 5,       /* pave_cvd_params */
     PAVE_PARAMS_STONES = 6,    /* pave_stones_params */
     PAVE_PARAMS_STREAM = 7,    /* pave_stream_params */
+    PAVE_PARAMS_TILING = 12,   /* pave_tiling_params */
+    PAVE_PARAMS_SOLID = 13,    /* pave_solid_params */
     PAVE_PARAMS_PALETTE = 30,  /* pave_palette_params */
-    PAVE_PARAMS_MEASURE = 31,  /* pave_stones_measure_params */
-    PAVE_PARAMS_TILING = 12    /* pave_tiling_params */
+    PAVE_PARAMS_MEASURE = 31   /* pave_stones_measure_params */
 };
 
 /* How a field is stored. */

@@ -10,6 +10,7 @@
 #include <pave/cvd.h>
 #include <pave/stones.h>
 #include <pave/tiling.h>
+#include <pave/solid.h>
 #include <pave/io.h>
 
 #ifdef __cplusplus
