@@ -231,6 +231,18 @@ static void turn_some(const pv_cpu *cpu, turns *t)
     memmove(t->site, t->site + 1, (size_t)--t->count * sizeof *t->site);
 }
 
+/* What all workers found of a site's pixels; takes it from them. */
+static pv_sum sum_of(const pv_cpu *cpu, int32_t i)
+{
+    pv_sum sum = { 0, 0, 0 };
+    for (int32_t w = 0; w < cpu->workers; w++) {
+        pv_sum *part = &cpu->sums[(size_t)w * (size_t)cpu->plane.sites + (size_t)i];
+        pv_sum_add(&sum, part->count, part->x, part->y);
+        *part = (pv_sum){ 0, 0, 0 };
+    }
+    return sum;
+}
+
 static void relax_task(void *data, int32_t chunk, int32_t worker)
 {
     (void)worker;
@@ -241,14 +253,9 @@ static void relax_task(void *data, int32_t chunk, int32_t worker)
     int32_t stray = 0;
     turns waiting = { .count = 0 };
     for (int32_t i = chunk * CHUNK; i < to; i++) {
-        pv_sum sum = { 0, 0, 0 };
+        pv_sum sum = sum_of(cpu, i);
         if (i + AHEAD < to)
             pv_site_prefetch(&cpu->plane, &cpu->sites[i + AHEAD]);
-        for (int32_t w = 0; w < cpu->workers; w++) {
-            pv_sum *part = &cpu->sums[(size_t)w * (size_t)n + (size_t)i];
-            pv_sum_add(&sum, part->count, part->x, part->y);
-            *part = (pv_sum){ 0, 0, 0 };
-        }
         if (cpu->plane.copies && cpu->plane.home[i].original)
             continue;
         pave_site before = cpu->sites[i];
