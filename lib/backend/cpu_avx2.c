@@ -46,8 +46,10 @@ typedef struct tile {
     int32_t meant[VECTORS]; /* how many of its sites are in the window; the others are sites all the same, or far */
     __m256i distance[VECTORS][QUARTERS];
     int32_t count, bits;                /* candidates; what their ranks take */
+    int32_t found[SLOTS + PV_LANES];    /* their places in the columns */
     int32_t unsorted[SLOTS + PV_LANES]; /* their indices */
-    int32_t index[SLOTS + 1];           /* the same by rank, and what has none */
+    int32_t place[SLOTS + 1];           /* both again, by rank; and what has none */
+    int32_t index[SLOTS + 1];
     __m256i owner[PV_TILE];             /* each pixel's rank, row by row */
 } tile;
 
@@ -214,6 +216,8 @@ static inline void list(const pv_cpu *cpu, tile *t, __m128i bounds)
     for (int32_t i = 0; i < t->vectors; i++) {
         uint32_t keep = _bzhi_u32(kept(t->distance[i], within), (uint32_t)t->meant[i]);
         __m256i chosen = _mm256_cvtepu8_epi32(_mm_loadl_epi64((const __m128i *)(const void *)&cpu->squeeze[keep]));
+        __m256i places = _mm256_add_epi32(_mm256_set1_epi32(t->base[i]), chosen);
+        store(t->found + t->count, places);
         store(t->unsorted + t->count, _mm256_permutevar8x32_epi32(load(cpu->index + t->base[i]), chosen));
         t->count += _mm_popcnt_u32(keep);
     }
@@ -237,8 +241,10 @@ static inline void sort(tile *t)
     store(t->unsorted + t->count, _mm256_set1_epi32(INT32_MAX));
     for (int32_t k = 0; k < t->count; k += PV_LANES) {
         store(rank, ranks_of(load(t->unsorted + k), t->unsorted, t->count));
-        for (int32_t i = 0; i < PV_LANES; i++)
+        for (int32_t i = 0; i < PV_LANES; i++) {
             t->index[rank[i]] = t->unsorted[k + i];
+            t->place[rank[i]] = t->found[k + i];
+        }
     }
 }
 
@@ -246,6 +252,7 @@ static inline void sort(tile *t)
  * distances of all tiles in `farthest`. */
 static inline void decide(const pv_cpu *cpu, tile *t, __m256i *farthest)
 {
+    const pv_columns *c = &cpu->columns;
     const __m128i bits = _mm_cvtsi32_si128(t->bits);
     const __m256i half = _mm256_set1_epi32(32768);
     __m256i px = _mm256_add_epi32(_mm256_set1_epi32(256 * t->x0 + 128),
@@ -255,10 +262,9 @@ static inline void decide(const pv_cpu *cpu, tile *t, __m256i *farthest)
         key[r] = _mm256_set1_epi32(-1);
     int32_t k = 0;
     do {
-        const pave_site *s = &cpu->sites[t->index[k]];
-        __m256i dx = _mm256_sub_epi32(px, broadcast(&s->x)), dy = _mm256_sub_epi32(py, broadcast(&s->y));
-        __m256i cosine = broadcast(&s->cosine), sine = broadcast(&s->sine);
-        __m256i box = _mm256_set1_epi32(s->half_y << 16 | s->half_x); /* below 32768, for reach is */
+        int32_t i = t->place[k];
+        __m256i dx = _mm256_sub_epi32(px, broadcast(c->x + i)), dy = _mm256_sub_epi32(py, broadcast(c->y + i));
+        __m256i cosine = broadcast(c->cosine + i), sine = broadcast(c->sine + i), box = broadcast(c->box + i);
         __m256i u = _mm256_add_epi32(_mm256_mullo_epi32(dx, cosine), _mm256_mullo_epi32(dy, sine));
         __m256i v = _mm256_sub_epi32(_mm256_mullo_epi32(dy, cosine), _mm256_mullo_epi32(dx, sine));
         __m256i rank = _mm256_set1_epi32(k);
