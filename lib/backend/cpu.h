@@ -58,6 +58,9 @@ pv_label_row pv_label_row_reference, pv_label_row_portable;
 #ifdef __x86_64__
 #define PV_AVX2 1
 pv_label_row pv_label_row_avx2;
+
+/* Turns four sites by the noise if they all lie in this one cell of it; else 0. */
+int pv_sites_turn_avx2(const pv_plane *plane, const pv_noise_cell *cell, pave_site *const site[4]);
 #endif
 
 /* The frame: `sites` begin as the plane's, pv_cpu_sort sorts them into the buckets (progress stays `at`), and

@@ -1,5 +1,5 @@
 /* All CPU kernels, on any number of threads, give the same labels, sites and reports. */
-#include "backend/relax.h"
+#include "backend/cpu.h"
 #include "cvd/cvd.h"
 #include "util/random.h"
 
@@ -245,6 +245,38 @@ static void test_noise_cell_is_only_a_memory(void **state)
     }
 }
 
+#ifdef PV_AVX2
+/* Four at a time turn as one alone does, in a cell and beyond its border. */
+static void test_turns_together(void **state)
+{
+    (void)state;
+    int turned = 0;
+    if (!__builtin_cpu_supports("avx2"))
+        skip();
+    for (int32_t i = 0; i < 20000; i++) {
+        pv_plane plane = { .noise_wave = 1 + draw(1 << draw(24)), .noise_swing = draw(65537), .noise_key = 7,
+                           .origin_x = draw(1 << 20) - (1 << 19), .origin_y = draw(1 << 20) - (1 << 19) };
+        pv_noise_cell kept = { .known = 0 };
+        pave_site together[4] = { { .x = draw(1 << 20), .y = draw(1 << 20) } }, *four[4];
+        for (int32_t k = 0; k < 4; k++) {
+            together[k].x = together[0].x + (k ? draw(plane.noise_wave / 4 + 1) : 0);
+            together[k].y = together[0].y + (k ? draw(plane.noise_wave / 4 + 1) : 0);
+            four[k] = &together[k];
+        }
+        pv_site_turn_by_noise(&plane, &kept, four[0]);
+        if (!pv_sites_turn_avx2(&plane, &kept, four))
+            continue;
+        turned++;
+        for (int32_t k = 0; k < 4; k++) {
+            pave_site alone = { .x = together[k].x, .y = together[k].y };
+            pv_site_turn(&plane, &alone);
+            assert_memory_equal(&alone, &together[k], sizeof alone);
+        }
+    }
+    assert_true(turned > 4000);
+}
+#endif
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -253,6 +285,9 @@ int main(void)
         cmocka_unit_test(test_odd_planes),
         cmocka_unit_test(test_roots),
         cmocka_unit_test(test_noise_cell_is_only_a_memory),
+#ifdef PV_AVX2
+        cmocka_unit_test(test_turns_together),
+#endif
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
