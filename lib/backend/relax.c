@@ -25,7 +25,7 @@ static int32_t across(const pv_plane *plane)
 /* Is some pixel of the square around near an edge? The squares fit a cache, and the edges of a large plane do not. */
 static inline int may_be_near(const pv_plane *plane, int32_t px, int32_t py)
 {
-    return plane->edge &&
+    return plane->edge && !plane->direction &&
            (!plane->near || plane->near[(int64_t)(py / PV_NEAR) * across(plane) + px / PV_NEAR]);
 }
 
@@ -101,7 +101,10 @@ static int near_edge(const pv_plane *plane, int32_t x, int32_t y, edge_near *out
 
 static void turn(const pv_plane *plane, pave_site *site, const edge_near *edge, pv_noise_cell *cell)
 {
-    if (edge) { /* Eq. 3: a quarter turn from the gradient */
+    if (plane->direction) {
+        int32_t x = clamp(site->x >> 8, 0, plane->width - 1), y = clamp(site->y >> 8, 0, plane->height - 1);
+        pv_turn(plane->direction[(int64_t)y * plane->width + x], &site->cosine, &site->sine);
+    } else if (edge) { /* Eq. 3: a quarter turn from the gradient */
         site->cosine = edge->ny;
         site->sine = -edge->nx;
     } else {
