@@ -43,6 +43,12 @@ typedef struct lay_options {
 
 void lay_options_init(lay_options *options);
 
+/* An option that names a file. */
+typedef struct cli_file {
+    const char *name, *help;
+    const char **value;
+} cli_file;
+
 enum { MOST_FILES = 16 };
 
 /* A verb's command line, taken apart. */
@@ -59,6 +65,8 @@ typedef struct cli_command {
     const char *output[MOST_FILES];
     int input_count, output_count;
     int wants_json, quiet;
+    const cli_file *files; /* options that name a file */
+    int file_count;
     int plans, shards;     /* the verb knows --manifest; and --shard */
     const char *manifest, *shard;
 } cli_command;
@@ -87,5 +95,6 @@ int lay_main(int argc, char **argv);
 int field_main(int argc, char **argv);
 int info_main(int argc, char **argv);
 int merge_main(int argc, char **argv);
+int mosaic_main(int argc, char **argv);
 int plan_main(int argc, char **argv);
 int measure_main(int argc, char **argv);

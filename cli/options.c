@@ -143,6 +143,9 @@ static void print_help(const cli_command *command)
         printf("\n  -o FILE, --output FILE       %s\n", command->outputs);
     if (command->json)
         printf("  --json                       %s\n", command->json);
+    for (int i = 0; i < command->file_count; i++)
+        printf("  --%s FILE%*s %s\n", command->files[i].name, 21 - (int)strlen(command->files[i].name), "",
+               command->files[i].help);
     if (command->plans && !command->shards)
         printf("  --manifest FILE              all windows of a plan made by pave plan, instead of PART.stones ...\n");
     if (command->shards)
@@ -177,6 +180,8 @@ static int unknown_option(const cli_command *command, const char *typed)
     static char store[MOST_NAMES][NAME];
     const char *names[MOST_NAMES] = { "help", "quiet", "output", "json" };
     int count = 4;
+    for (int i = 0; i < command->file_count; i++)
+        names[count++] = command->files[i].name;
     for (int g = 0; g < command->group_count; g++)
         for (int32_t i = 0; i < pave_params_count(command->groups[g].table) && count < MOST_NAMES; i++) {
             pave_param param;
@@ -230,6 +235,22 @@ static int add_output(cli_command *command, const char *path)
     return EXIT_FINE;
 }
 
+/* Sets an option that names a file, "--name file" or "--name=file"; tells how many words it took, 0: it is none. */
+static int set_file(const cli_command *command, int left, char **words)
+{
+    for (int i = 0; i < command->file_count; i++) {
+        size_t length = strlen(command->files[i].name);
+        if (strncmp(words[0], "--", 2) || strncmp(words[0] + 2, command->files[i].name, length))
+            continue;
+        int joined = words[0][2 + length] == '=';
+        if (!joined && (words[0][2 + length] || left < 2))
+            continue;
+        *command->files[i].value = joined ? words[0] + 3 + length : words[1];
+        return 2 - joined;
+    }
+    return 0;
+}
+
 static int is_output(const char *word)
 {
     return !strcmp(word, "-o") || !strcmp(word, "--output");
@@ -260,6 +281,8 @@ static int read_words(cli_command *command, pave_context *tables, int argc, char
             command->manifest = argv[i + (used = 2) - 1];
         else if (command->shards && i + 1 < argc && !strcmp(argv[i], "--shard"))
             command->shard = argv[i + (used = 2) - 1];
+        else if (set_file(command, argc - i, argv + i))
+            used = set_file(command, argc - i, argv + i);
         else if (argv[i][1] == '-')
             status = set_option(command, tables, argc - i, argv + i, &used);
         else

@@ -3,6 +3,7 @@
 #include "cvd/cvd.h"
 #include "field/field.h"
 #include "image/bitmap.h"
+#include "mosaic/mosaic.h"
 #include "stones/stones.h"
 
 #include <pave/pave.h>
@@ -28,6 +29,7 @@ static const pv_table *find_table(int32_t table)
     case PAVE_PARAMS_STONES: return &pv_stones_table;
     case PAVE_PARAMS_STREAM: return &pv_stream_table;
     case PAVE_PARAMS_MEASURE: return &pv_measure_table;
+    case PAVE_PARAMS_MOSAIC: return &pv_mosaic_table;
     default: return NULL;
     }
 }

@@ -18,7 +18,8 @@ enum {
     PAVE_PARAMS_CVD = 5,       /* pave_cvd_params */
     PAVE_PARAMS_STONES = 6,    /* pave_stones_params */
     PAVE_PARAMS_STREAM = 7,    /* pave_stream_params */
-    PAVE_PARAMS_MEASURE = 8    /* pave_stones_measure_params */
+    PAVE_PARAMS_MEASURE = 8,   /* pave_stones_measure_params */
+    PAVE_PARAMS_MOSAIC = 9     /* pave_mosaic_params */
 };
 
 /* How a field is stored. */

@@ -12,7 +12,8 @@ extern "C" {
 typedef struct pave_stones pave_stones;
 
 enum {
-    PAVE_MODE_PAPER = 0 /* the text to the letter */
+    PAVE_MODE_PAPER = 0, /* the text to the letter */
+    PAVE_MODE_BEST = 1   /* in its spirit, without its flaws */
 };
 
 enum {
@@ -65,6 +66,9 @@ PAVE_API const double *pave_stones_vertices(const pave_stones *stones);
 
 /* Colour of each stone: the drawing's pixel value at the stone's centroid, 0 black ... 255 white. */
 PAVE_API const uint8_t *pave_stones_colours(const pave_stones *stones);
+
+/* Colour of each tile of a mosaic as r, g, b, display values; NULL for a pavement. */
+PAVE_API const uint8_t *pave_stones_rgb(const pave_stones *stones);
 
 /* Site of each stone: its number in the whole plane. Ascending; polygons of the same number are parts of one stone that
  * was cut (PAVE_BORDER_CUT). */

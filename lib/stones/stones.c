@@ -179,6 +179,8 @@ void pave_stones_free(pave_stones **stones)
     pv_release((*stones)->vertices);
     pv_release((*stones)->colours);
     pv_release((*stones)->sites);
+    pv_release((*stones)->rgb);
+    pv_release((*stones)->mosaic);
     pv_release(*stones);
     *stones = NULL;
 }
@@ -191,4 +193,5 @@ int32_t pave_stones_count(const pave_stones *stones) { return stones->count; }
 const int64_t *pave_stones_starts(const pave_stones *stones) { return stones->starts; }
 const double *pave_stones_vertices(const pave_stones *stones) { return stones->vertices; }
 const uint8_t *pave_stones_colours(const pave_stones *stones) { return stones->colours; }
+const uint8_t *pave_stones_rgb(const pave_stones *stones) { return stones->rgb; }
 const int32_t *pave_stones_sites(const pave_stones *stones) { return stones->sites; }

@@ -18,6 +18,9 @@ struct pave_stones {
     double *vertices;
     uint8_t *colours;
     int32_t *sites;
+    uint8_t *rgb;                    /* colours of a mosaic; NULL: a pavement */
+    struct pv_mosaic_record *mosaic; /* how it was made; NULL: a pavement */
+    int32_t painted;                 /* later stones lie over earlier ones */
     pave_report report;
     pave_cvd_params cvd; /* how it was made, for the report */
     pave_stones_params params;
