@@ -223,7 +223,7 @@ static void compare_pyramids(spread how, int32_t count, double h, double sizes, 
     for (int32_t i = 0; i < count; i++) {
         double slope = pv_steepest(metric) / (1 + (sizes - 1) * draw(1000) / 1000);
         place_site(&plane, how, &start[i]);
-        start[i].half_x = (int32_t)slope;
+        start[i].half_x = slope > 1 ? (int32_t)slope : 1;
         start[i].half_y = (int32_t)(slope / aspect) > 0 ? (int32_t)(slope / aspect) : 1;
         home[i] = (pv_home){ start[i].x / plane.cell, start[i].y / plane.cell, i % 64, 0 };
         pv_site_turn(&plane, &start[i]);
