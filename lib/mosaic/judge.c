@@ -210,7 +210,8 @@ static void judge_tile(const judgement *j, int32_t tile, uint8_t *room, int32_t 
     const pv_work *w = j->w;
     verdict *v = &j->verdicts[tile];
     shape p = shape_of(j->stones, tile);
-    double direction[2], share = w->params->mode == PAVE_MODE_PAPER ? w->params->delta : 1 - w->params->joint;
+    double direction[2], wanted = pv_wanted_side(w, p.x, p.y);
+    wanted = w->params->mode == PAVE_MODE_PAPER ? w->params->delta * wanted : wanted - w->params->joint * w->side;
     v->area = p.area;
     v->corners = p.corners;
     direction_of(&p, direction);
@@ -218,7 +219,7 @@ static void judge_tile(const judgement *j, int32_t tile, uint8_t *room, int32_t 
     judge_pixels(j, tile, &p, direction, v);
     v->edge_angle = judge_edges(j, &p, direction);
     v->straddles = straddles(j, &p, room, stack);
-    v->size = sqrt(p.area > 0 ? p.area : 0) / (share * pv_wanted_side(w, p.x, p.y));
+    v->size = sqrt(p.area > 0 ? p.area : 0) / fmax(wanted, 1e-9);
 }
 
 typedef struct room {

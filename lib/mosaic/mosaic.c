@@ -122,6 +122,13 @@ static pave_result measure_edges(pave_context *context, pv_work *w)
     return pv_distance_from(context, w->guide->edge, w->width, w->height, w->params->periodic, &w->away);
 }
 
+static pave_result cut(pave_context *context, const pv_work *w, pave_stones *stones)
+{
+    if (w->params->mode == PAVE_MODE_BEST)
+        return pv_quads_cut(context, w, 0, stones);
+    return w->params->shape == PAVE_TILE_CELL ? pv_quads_cut(context, w, 1, stones) : pv_tiles_cut(context, w, stones);
+}
+
 static pave_result lay_tiles(pave_context *context, pv_work *w, pave_stones *stones)
 {
     pave_result result = measure_edges(context, w);
@@ -131,7 +138,7 @@ static pave_result lay_tiles(pave_context *context, pv_work *w, pave_stones *sto
     pv_call_end(context, call);
     call = pv_call_begin(context, "mosaic", 0.7, 1);
     if (!result)
-        result = pv_tiles_cut(context, w, stones);
+        result = cut(context, w, stones);
     if (!result)
         result = pv_tiles_colour(context, w, stones);
     if (!result)

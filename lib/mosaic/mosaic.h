@@ -108,6 +108,9 @@ typedef struct pv_mosaic_record {
 /* tiles.c: the text's own tiles. */
 pave_result pv_tiles_cut(pave_context *context, const pv_work *w, pave_stones *out);
 
+/* quads.c: tiles as quadrilaterals that leave nothing between them but joints; or, if `plain`, the cells as they are. */
+pave_result pv_quads_cut(pave_context *context, const pv_work *w, int plain, pave_stones *out);
+
 /* colour.c */
 pave_result pv_tiles_colour(pave_context *context, const pv_work *w, pave_stones *stones);
 

@@ -120,12 +120,12 @@ static pave_result new_diagram(pave_context *context, pv_work *w)
     return result;
 }
 
-/* Where tiles are not to be, nobody's pixels are. */
+/* Where tiles are not to be, pixels have the label after the last. */
 static void punch_holes(pv_work *w)
 {
     for (int64_t i = 0; w->photo.hole && i < (int64_t)w->width * w->height; i++)
         if (w->photo.hole[i])
-            w->cvd->labels[i] = -1;
+            w->cvd->labels[i] = w->n;
 }
 
 static pave_result allocate(pave_context *context, packing *p)

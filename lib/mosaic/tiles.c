@@ -70,7 +70,7 @@ static void find_living(const pv_work *w, uint8_t *alive)
 {
     memset(alive, 0, (size_t)w->n);
     for (int64_t i = 0; i < (int64_t)w->width * w->height; i++)
-        if (w->cvd->labels[i] >= 0)
+        if (w->cvd->labels[i] < w->n)
             alive[w->cvd->labels[i]] = 1;
 }
 

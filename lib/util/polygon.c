@@ -26,16 +26,11 @@ double pv_width_of_degrees(double degrees)
     return -(c0 + (c1 - c0) * (quarters - below)) / 65536;
 }
 
-static int64_t cross(pv_cell a, pv_cell b, pv_cell c)
-{
-    return ((int64_t)b.x - a.x) * ((int64_t)a.y - c.y) - ((int64_t)a.y - b.y) * ((int64_t)c.x - a.x);
-}
-
 int64_t pv_ring_area(const pv_cell *ring, int32_t count)
 {
     int64_t area = 0;
     for (int32_t i = 1; i + 1 < count; i++)
-        area += cross(ring[0], ring[i], ring[i + 1]);
+        area += pv_cell_turn(ring[0], ring[i], ring[i + 1]);
     return area;
 }
 
@@ -51,12 +46,13 @@ static int sign(int64_t v)
 
 static int on_side(pv_cell a, pv_cell b, pv_cell p)
 {
-    return cross(a, b, p) == 0 && within(a.x, b.x, p.x) && within(a.y, b.y, p.y);
+    return pv_cell_turn(a, b, p) == 0 && within(a.x, b.x, p.x) && within(a.y, b.y, p.y);
 }
 
 static int sides_touch(pv_cell a, pv_cell b, pv_cell c, pv_cell d)
 {
-    if (sign(cross(a, b, c)) * sign(cross(a, b, d)) < 0 && sign(cross(c, d, a)) * sign(cross(c, d, b)) < 0)
+    if (sign(pv_cell_turn(a, b, c)) * sign(pv_cell_turn(a, b, d)) < 0 &&
+        sign(pv_cell_turn(c, d, a)) * sign(pv_cell_turn(c, d, b)) < 0)
         return 1;
     return on_side(a, b, c) || on_side(a, b, d) || on_side(c, d, a) || on_side(c, d, b);
 }
@@ -65,7 +61,7 @@ static int sides_touch(pv_cell a, pv_cell b, pv_cell c, pv_cell d)
 static int folds_back(pv_cell a, pv_cell b, pv_cell c)
 {
     int64_t along = ((int64_t)a.x - b.x) * ((int64_t)c.x - b.x) + ((int64_t)a.y - b.y) * ((int64_t)c.y - b.y);
-    return cross(a, b, c) == 0 && along >= 0;
+    return pv_cell_turn(a, b, c) == 0 && along >= 0;
 }
 
 int pv_ring_valid(const pv_cell *ring, int32_t count)
@@ -79,6 +75,24 @@ int pv_ring_valid(const pv_cell *ring, int32_t count)
         for (int32_t j = i + 2; j < count; j++)
             if ((j + 1) % count != i && sides_touch(a, b, ring[j], ring[(j + 1) % count]))
                 return 0;
+    }
+    return 1;
+}
+
+int pv_ring_valid_at(const pv_cell *ring, int32_t count, int32_t at)
+{
+    if (count < 3 || pv_ring_area(ring, count) <= 0)
+        return 0;
+    for (int32_t k = 0; k < 2; k++) {
+        int32_t i = (at + count - 1 + k) % count, j = (i + 1) % count;
+        pv_cell before = ring[(i + count - 1) % count], a = ring[i], b = ring[j], after = ring[(j + 1) % count];
+        if (folds_back(before, a, b) || folds_back(a, b, after))
+            return 0;
+        for (int32_t m = 0; m < count; m++) {
+            int32_t n = m + 1 < count ? m + 1 : 0;
+            if (m != i && m != j && n != i && sides_touch(a, b, ring[m], ring[n]))
+                return 0;
+        }
     }
     return 1;
 }
@@ -97,7 +111,7 @@ int32_t pv_convex_hull(pv_cell *points, int32_t count, pv_cell *hull)
     for (int32_t pass = 0, start = 0; pass < 2; pass++, start = n) {
         for (int32_t i = 0; i < count; i++) {
             pv_cell p = points[pass ? count - 1 - i : i];
-            while (n >= start + 2 && cross(hull[n - 2], hull[n - 1], p) <= 0)
+            while (n >= start + 2 && pv_cell_turn(hull[n - 2], hull[n - 1], p) <= 0)
                 n--;
             hull[n++] = p;
         }
