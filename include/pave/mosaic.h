@@ -55,6 +55,7 @@ typedef struct pave_mosaic_params {
     int32_t iterations;       /* of Lloyd's method: free, */
     int32_t avoiding;         /* with the edges masked, */
     int32_t closing;          /* and free again */
+    double relaxation;        /* 1: sites move to the centroids of their cells; more: beyond */
     double edge_width;        /* half the thickness of masked edges, sides */
     double joint;             /* best mode: between tiles, sides */
     double delta;             /* paper mode: side of a tile, sides of its cell */
@@ -65,7 +66,7 @@ typedef struct pave_mosaic_params {
 
 #define PAVE_MOSAIC_PARAMS_INIT \
     { sizeof(pave_mosaic_params), PAVE_MODE_BEST, 2000, 0.0, 1.0, 1, PAVE_DIRECTION_AUTO, 0.5, PAVE_SIZE_EVEN, 0.7, 0.5, \
-      PAVE_PYRAMID_SQUARE, PAVE_START_JITTER, 40, 20, 1, 0.2, 0.05, 0.8, PAVE_TILE_SQUARE, PAVE_COLOUR_AREA, 0 }
+      PAVE_PYRAMID_SQUARE, PAVE_START_JITTER, 40, 20, 1, 1.4, 0.2, 0.05, 0.8, PAVE_TILE_SQUARE, PAVE_COLOUR_AREA, 0 }
 
 PAVE_API void pave_mosaic_params_init(pave_mosaic_params *params, size_t size);
 PAVE_API void pave_mosaic_sources_init(pave_mosaic_sources *sources, size_t size);

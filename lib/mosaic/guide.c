@@ -35,7 +35,7 @@ static pave_result gather_edges(pave_context *context, const pave_mosaic_sources
     if (!sources->edges && !sources->curves && !result) {
         result = pv_edges_find(context, photo, side, params->strength, guide);
         if (!result)
-            result = pv_edges_clean(context, 3 * side, 0.6 * side, guide);
+            result = pv_edges_clean(context, 5 * side, 0.8 * side, guide);
     }
     if (!result && !count_marks(guide)) {
         if (sources->edges || sources->curves)

@@ -25,6 +25,7 @@ static const pv_param mosaic_rows[] = {
     PV_INTEGER(pave_mosaic_params, iterations, "", 0, 10000, "of Lloyd's method"),
     PV_INTEGER(pave_mosaic_params, avoiding, "", 0, 10000, "more, with the edges masked"),
     PV_INTEGER(pave_mosaic_params, closing, "", 0, 10000, "more, free again"),
+    PV_REAL(pave_mosaic_params, relaxation, "", 0.1, 1.9, "1: sites move to the centroids; more: beyond"),
     PV_REAL(pave_mosaic_params, edge_width, "sides", 0, 1, "half the thickness of masked edges"),
     PV_REAL(pave_mosaic_params, joint, "sides", 0, 0.9, "best mode: joint between tiles"),
     PV_REAL(pave_mosaic_params, delta, "sides", 0.05, 4, "paper mode: side of a tile"),

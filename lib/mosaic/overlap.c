@@ -7,6 +7,8 @@
 #include <math.h>
 #include <string.h>
 
+enum { GRID = 1000 };
+
 typedef struct point {
     double x, y;
 } point;
@@ -33,12 +35,26 @@ static void clip(ring *r, point a, point b)
     *r = out;
 }
 
-/* With the sign of both triangles. */
+static int apart_along(const point *a, const point *b)
+{
+    for (int k = 0; k < 3; k++) {
+        point p = a[k], q = a[(k + 1) % 3], own = a[(k + 2) % 3];
+        double side = pv_left_turn(p.x, p.y, q.x, q.y, own.x, own.y) > 0 ? 1 : -1;
+        int beyond = 1;
+        for (int i = 0; i < 3; i++)
+            beyond &= side * pv_left_turn(p.x, p.y, q.x, q.y, b[i].x, b[i].y) <= 0;
+        if (beyond)
+            return 1;
+    }
+    return 0;
+}
+
+/* With the sign of both triangles. On the grid that vertices lie on it is exact whether they share any area. */
 static double shared(const point *a, const point *b)
 {
     double sa = pv_left_turn(a[0].x, a[0].y, a[1].x, a[1].y, a[2].x, a[2].y);
     double sb = pv_left_turn(b[0].x, b[0].y, b[1].x, b[1].y, b[2].x, b[2].y), area = 0;
-    if (sa == 0 || sb == 0)
+    if (sa == 0 || sb == 0 || apart_along(a, b) || apart_along(b, a))
         return 0;
     ring r = { { a[0], sa > 0 ? a[1] : a[2], sa > 0 ? a[2] : a[1] }, 3 };
     for (int k = 0; k < 3 && r.count; k++)
@@ -51,7 +67,7 @@ static double shared(const point *a, const point *b)
 static point corner(const pave_stones *s, int32_t tile, int64_t i)
 {
     const double *xy = s->vertices + 2 * (s->starts[tile] + i);
-    return (point){ xy[0], xy[1] };
+    return (point){ floor(xy[0] * GRID + 0.5), floor(xy[1] * GRID + 0.5) };
 }
 
 static double shared_by(const pave_stones *s, int32_t a, int32_t b)
@@ -63,7 +79,7 @@ static double shared_by(const pave_stones *s, int32_t a, int32_t b)
             point q[3] = { corner(s, b, 0), corner(s, b, k), corner(s, b, k + 1) };
             area += shared(p, q);
         }
-    return area > 0 ? area : 0;
+    return area > 0 ? area / ((double)GRID * GRID) : 0;
 }
 
 typedef struct bounds {
@@ -123,15 +139,15 @@ static double with_others(const pave_stones *s, const grid *g, int32_t tile)
 pave_result pv_overlap(pave_context *context, const pave_stones *s, double *area)
 {
     pave_result result = PAVE_OK;
-    grid g = { .side = 1 };
+    grid g = { .side = GRID };
     *area = 0;
     g.box = pv_allocate(context, (size_t)s->count, sizeof *g.box, &result);
     for (int32_t i = 0; i < s->count && !result; i++) {
         g.box[i] = bounds_of(s, i);
         g.side = fmax(g.side, fmax(g.box[i].right - g.box[i].left, g.box[i].bottom - g.box[i].top));
     }
-    g.across = (int32_t)(s->plane_width / g.side) + 3;
-    g.down = (int32_t)(s->plane_height / g.side) + 3;
+    g.across = (int32_t)((double)s->plane_width * GRID / g.side) + 3;
+    g.down = (int32_t)((double)s->plane_height * GRID / g.side) + 3;
     if (!result)
         g.first = pv_allocate(context, (size_t)g.across * (size_t)g.down, sizeof *g.first, &result);
     if (!result)

@@ -65,6 +65,7 @@ static pave_result phase(pave_context *context, packing *p, int32_t iterations, 
     turn(p);
     p->plane.start = p->sites;
     p->plane.seed++;
+    p->plane.excess = (int32_t)floor((p->w->params->relaxation - 1) * 65536 + 0.5);
     cvd->params.iterations = iterations;
     pv_call call = pv_call_begin(context, "mosaic", from, to);
     pave_result result = pv_cvd_run(context, &p->plane, cvd);

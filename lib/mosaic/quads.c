@@ -159,10 +159,10 @@ static pave_result shape(pave_context *context, const pv_work *w, pv_tess *tess)
 {
     double side = w->side * PV_GRID, least = side * (w->size ? w->size_min : 1);
     int64_t block = (int64_t)(side * BLOCK_TILES);
-    pv_assign_params assign = { block, 75, 35 };
-    shaping s = { w, 0.12, 0.04 };
+    pv_assign_params assign = { block, 65, 35 };
+    shaping s = { w, 0.12, 0.4 };
     pv_realise_params draw = { block, 24, (int32_t)(side / 2), (int32_t)(side / 8), (int32_t)(least / 4), 0.05, pull, &s };
-    pv_realise_params settle = { block, 12, (int32_t)(side / 4), (int32_t)(side / 8), (int32_t)(least / 5), 0.3, NULL, NULL };
+    pv_realise_params settle = { block, 4, (int32_t)(side / 4), (int32_t)(side / 8), (int32_t)(least / 5), 0.3, NULL, NULL };
     pave_result result = pv_tess_collapse(context, tess, (int64_t)(least / 5), 4, 3);
     if (!result)
         result = pv_assign_flats(context, &assign, tess, 0.2, 0.3);
