@@ -292,9 +292,8 @@ pave_result pv_field_harmonic(pave_context *context, int32_t fold, double side, 
 /* As in Eq. 2 of the pavement, and turned by a quarter: along the edge. */
 pave_result pv_field_gradient(pave_context *context, int periodic, pave_guide *guide)
 {
-    float *distance;
-    pave_result result = pv_distance_from(context, guide->edge, guide->width, guide->height, periodic, &distance);
-    for (int32_t y = 0; y < guide->height && !result; y++)
+    const float *distance = guide->away;
+    for (int32_t y = 0; y < guide->height && distance; y++)
         for (int32_t x = 0; x < guide->width; x++) {
             double d[3][3];
             for (int k = 0; k < 9; k++)
@@ -305,8 +304,7 @@ pave_result pv_field_gradient(pave_context *context, int periodic, pave_guide *g
             int32_t angle = gx != 0 || gy != 0 ? pv_angle_of(gx, gy) + QUARTER : 0;
             guide->direction[(int64_t)y * guide->width + x] = (uint16_t)angle;
         }
-    pv_release(distance);
-    return result ? result : edge_directions(context, 20, guide);
+    return edge_directions(context, 20, guide);
 }
 
 pave_result pv_field_take(pave_context *context, const pave_image *image, pave_guide *guide)

@@ -74,6 +74,8 @@ static pave_result make(pave_context *context, const pave_mosaic_sources *source
         guide->way = pv_allocate_zeroed(context, 2 * pixels, sizeof *guide->way, &result);
     if (!result)
         result = gather_edges(context, sources, params, photo, side, guide);
+    if (!result && count_marks(guide))
+        result = pv_distance_from(context, guide->edge, guide->width, guide->height, params->periodic, &guide->away);
     if (!result)
         result = make_field(context, sources, params, side, guide);
     return result ? result : pv_field_singularities(context, params->aspect != 1 ? 2 : 4, side, guide);
@@ -102,6 +104,7 @@ void pave_guide_free(pave_guide **guide)
         return;
     pv_release((*guide)->edge);
     pv_release((*guide)->direction);
+    pv_release((*guide)->away);
     pv_release((*guide)->way);
     pv_release((*guide)->singularity);
     pv_release(*guide);

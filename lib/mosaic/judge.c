@@ -88,14 +88,13 @@ static void judge_corners(const shape *p, verdict *v)
     v->aspect = fmax(one, other) / fmax(fmin(one, other), 1e-9);
 }
 
-static double judge_colour(const pv_work *w, const pave_stones *s, int32_t tile, const double sum[3], int64_t count)
+static double judge_colour(const pave_stones *s, int32_t tile, const double sum[3], int64_t count)
 {
     double mean[3], own[3], a[3], b[3];
     for (int c = 0; c < 3; c++) {
         mean[c] = sum[c] / (double)count;
         own[c] = pv_light_of(s->rgb[3 * tile + c] / 255.0);
     }
-    (void)w;
     pv_lab_of(mean, a);
     pv_lab_of(own, b);
     return pv_ciede2000(a, b);
@@ -121,7 +120,7 @@ static void judge_pixels(const judgement *j, int32_t tile, const shape *p, const
                 count++;
             }
     v->field_angle = count ? angle / (double)count : -1;
-    v->difference = count ? judge_colour(w, j->stones, tile, light, count) : -1;
+    v->difference = count ? judge_colour(j->stones, tile, light, count) : -1;
 }
 
 /* The edges within a side of the tile's centre, if they have one direction. */

@@ -84,7 +84,6 @@ static void end(pv_work *w)
 {
     pv_photo_free(&w->photo);
     pv_release(w->size);
-    pv_release(w->away);
     pave_cvd_free(&w->cvd);
 }
 
@@ -116,13 +115,6 @@ pave_result pave_guide_create(pave_context *context, const pave_mosaic_sources *
     return result;
 }
 
-static pave_result measure_edges(pave_context *context, pv_work *w)
-{
-    if (!memchr(w->guide->edge, 1, (size_t)w->width * (size_t)w->height))
-        return PAVE_OK;
-    return pv_distance_from(context, w->guide->edge, w->width, w->height, w->params->periodic, &w->away);
-}
-
 static pave_result cut(pave_context *context, const pv_work *w, pave_stones *stones)
 {
     if (w->params->mode == PAVE_MODE_BEST)
@@ -132,10 +124,8 @@ static pave_result cut(pave_context *context, const pv_work *w, pave_stones *sto
 
 static pave_result lay_tiles(pave_context *context, pv_work *w, pave_stones *stones)
 {
-    pave_result result = measure_edges(context, w);
     pv_call call = pv_call_begin(context, "mosaic", 0.2, 0.7);
-    if (!result)
-        result = pv_tiles_pack(context, w);
+    pave_result result = pv_tiles_pack(context, w);
     pv_call_end(context, call);
     call = pv_call_begin(context, "mosaic", 0.7, 1);
     if (!result)

@@ -37,6 +37,7 @@ struct pave_guide {
     int32_t width, height;
     uint8_t *edge;
     uint16_t *direction;
+    float *away; /* from the nearest edge, px; NULL: there are none */
     float *way; /* along the edge, 2 a pixel: the double angle as a vector; only on edges */
     int32_t singularities;
     double *singularity;
@@ -76,7 +77,6 @@ typedef struct pv_work {
     float *size;     /* of a tile at each pixel, relative; NULL: 1 everywhere */
     double size_min; /* the least of them */
     double scale;    /* times size: a tile's side, px */
-    float *away;     /* from the nearest edge, px; NULL: no edges */
     pave_cvd *cvd;
     int64_t empty;   /* cells that had no pixel at the end */
 } pv_work;

@@ -28,7 +28,7 @@ static void mark(packing *p, int with_edges)
             int64_t i = (int64_t)y * w->width + x;
             double side = w->size ? w->scale * (double)w->size[i] : w->scale;
             int hole = w->photo.hole && w->photo.hole[i];
-            if (!hole && !(with_edges && w->away && (double)w->away[i] <= w->params->edge_width * side))
+            if (!hole && !(with_edges && w->guide->away && (double)w->guide->away[i] <= w->params->edge_width * side))
                 continue;
             p->mask[(int64_t)(y / 8) * across + x / 8] |= (uint64_t)1 << (y % 8 * 8 + x % 8);
             any = 1;
@@ -80,7 +80,7 @@ static pave_result phases(pave_context *context, packing *p)
     const pave_mosaic_params *params = p->w->params;
     int32_t first = params->iterations / 2, all = params->iterations + params->avoiding + params->closing;
     double share = all ? 1.0 / all : 0, at = first * share;
-    int avoid = params->avoiding && p->w->away && params->edge_width > 0;
+    int avoid = params->avoiding && p->w->guide->away && params->edge_width > 0;
     pave_result result = phase(context, p, first, 0, 0, at);
     if (!result)
         result = phase(context, p, params->iterations - first, 0, at, params->iterations * share);

@@ -48,7 +48,7 @@ static double away_at(const pv_work *w, double x, double y)
 {
     x = fmin(fmax(x - 0.5, 0), w->width - 1.001);
     y = fmin(fmax(y - 0.5, 0), w->height - 1.001);
-    const float *at = w->away + (int64_t)y * w->width + (int64_t)x;
+    const float *at = w->guide->away + (int64_t)y * w->width + (int64_t)x;
     double fx = x - floor(x), fy = y - floor(y);
     int64_t right = w->width > 1, down = w->height > 1 ? w->width : 0;
     double up = (double)at[0] + fx * ((double)at[right] - (double)at[0]);
@@ -148,7 +148,7 @@ static void pull_to_square(const shaping *s, const pv_tess *tess, int64_t place,
 static void pull(const void *user, const pv_tess *tess, int32_t vertex, pv_equations *e)
 {
     const shaping *s = user;
-    if (s->w->away)
+    if (s->w->guide->away)
         pull_to_edge(s, tess->at[vertex], e);
     for (int64_t k = tess->star[vertex]; k < tess->star[vertex + 1]; k++)
         pull_to_square(s, tess, tess->spoke[k], e);
