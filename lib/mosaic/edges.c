@@ -262,10 +262,15 @@ static void draw_line(pave_guide *guide, const double *a, const double *b)
     if (!(most < 1e7))
         return;
     int32_t steps = (int32_t)ceil(most) + 1;
+    double d2 = dx * dx + dy * dy, c = d2 > 0 ? (dx * dx - dy * dy) / d2 : 0, s = d2 > 0 ? 2 * dx * dy / d2 : 0;
     for (int32_t i = 0; i <= steps; i++) {
         double x = floor(a[0] + dx * i / steps), y = floor(a[1] + dy * i / steps);
-        if (x >= 0 && y >= 0 && x < guide->width && y < guide->height)
-            guide->edge[(int64_t)y * guide->width + (int64_t)x] = 1;
+        int64_t at = (int64_t)y * guide->width + (int64_t)x;
+        if (!(x >= 0 && y >= 0 && x < guide->width && y < guide->height))
+            continue;
+        guide->edge[at] = 1;
+        guide->way[2 * at] = (float)c;
+        guide->way[2 * at + 1] = (float)s;
     }
 }
 

@@ -49,6 +49,7 @@ typedef struct level {
 typedef struct extension {
     pave_guide *guide;
     int32_t fold, periodic, colour;
+    double frame_from; /* px from an edge where rows may follow the frame */
     level *level;
 } extension;
 
@@ -88,13 +89,14 @@ static void directions_of_row(void *data, int32_t y, int32_t worker)
     const edge_job *job = data;
     pave_guide *g = job->guide;
     for (int32_t x = 0; x < g->width; x++)
-        if (g->edge[(int64_t)y * g->width + x])
+        if (g->edge[(int64_t)y * g->width + x] && g->way[2 * ((int64_t)y * g->width + x)] == 0 &&
+            g->way[2 * ((int64_t)y * g->width + x) + 1] == 0) /* those of drawn curves are known */
             direction_at(g, x, y, job->radius, g->way + 2 * ((int64_t)y * g->width + x));
 }
 
 static pave_result edge_directions(pave_context *context, double side, pave_guide *guide)
 {
-    edge_job job = { guide, (int32_t)fmin(24, fmax(2, 0.35 * side)) };
+    edge_job job = { guide, (int32_t)fmin(24, fmax(4, 0.5 * side)) };
     return pv_parallel(context, guide->height, directions_of_row, &job, 0, 0.2);
 }
 
@@ -121,14 +123,21 @@ static void fix_cells(const extension *e, level *l)
         }
 }
 
-/* A square tile is as well along the frame as across it, so rows may follow it wherever no edge is. */
+static int near_edge(const extension *e, const level *l, int32_t x, int32_t y)
+{
+    const pave_guide *g = e->guide;
+    int32_t px = x * l->step, py = y * l->step;
+    return g->away && (double)g->away[(int64_t)py * g->width + px] < e->frame_from;
+}
+
+/* A square tile is as well along the frame as across it, so rows follow it where no edge is near. */
 static void fix_frame(const extension *e, level *l)
 {
     for (int32_t y = 0; y < l->height; y++)
         for (int32_t x = 0; x < l->width; x++) {
             int64_t cell = (int64_t)y * l->width + x;
             int rim = x == 0 || y == 0 || x == l->width - 1 || y == l->height - 1;
-            if (rim && e->fold == 4 && !e->periodic && !l->fixed[cell]) {
+            if (rim && e->fold == 4 && !e->periodic && !l->fixed[cell] && !near_edge(e, l, x, y)) {
                 l->fixed[cell] = 1;
                 l->way[2 * cell] = 1;
             }
@@ -268,7 +277,7 @@ static void read_row(void *data, int32_t y, int32_t worker)
 
 pave_result pv_field_harmonic(pave_context *context, int32_t fold, double side, int periodic, pave_guide *guide)
 {
-    extension e = { .guide = guide, .fold = fold, .periodic = periodic };
+    extension e = { .guide = guide, .fold = fold, .periodic = periodic, .frame_from = 4 * side };
     int32_t step = side > 20 ? (int32_t)(side / 10) : 1;
     level finest;
     pave_result result = edge_directions(context, side, guide);

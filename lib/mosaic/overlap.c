@@ -79,7 +79,8 @@ static double shared_by(const pave_stones *s, int32_t a, int32_t b)
             point q[3] = { corner(s, b, 0), corner(s, b, k), corner(s, b, k + 1) };
             area += shared(p, q);
         }
-    return area > 0 ? area / ((double)GRID * GRID) : 0;
+    const double rounding = 1e-6; /* square grid units: of tiles that are not convex, whose triangles cancel out */
+    return area > rounding ? area / ((double)GRID * GRID) : 0;
 }
 
 typedef struct bounds {
