@@ -37,7 +37,8 @@ static int read_palette(const cli_command *command, extras *x)
         if (line[strspn(line, " \t\r\n")] == 0)
             continue;
         int read = sscanf(line, " #%2x%2x%2x %ld %c", &r, &g, &b, &stock, &rest);
-        if ((read != 3 && read != 4) || stock > INT32_MAX || (read == 4 && stock < 0) || x->colour_count == MOST_COLOURS) {
+        int fine = read == 3 || (read == 4 && stock >= 0 && stock <= INT32_MAX);
+        if (!fine || x->colour_count == MOST_COLOURS) {
             complain(command, "%s, line %d: a colour is #rrggbb, and how many there are of it", x->palette, number);
             fclose(file);
             return EXIT_INPUT;

@@ -40,16 +40,15 @@ typedef struct pave_mosaic_params {
                                  PAVE_MODE_PAPER: the text to the letter, plain tiles */
     int32_t tiles;            /* number of tiles */
     double tile_side;         /* or the side of a tile, px; 0: by the number */
-    double aspect;            /* long side over short side; the long one lies along the edges. The text's beta is its root */
+    double aspect;            /* long side over short side, beta squared in the text; the long one lies along edges */
     uint64_t seed;
     int32_t direction;        /* PAVE_DIRECTION_: the gradient of the distance from the edges (the text, paper mode), or
                                  the harmonic extension of the edges' own directions (best mode) */
     double strength;          /* of the edges that are found where none are given: 0 none .. 1 the faintest */
     int32_t size_from;        /* PAVE_SIZE_: all alike; from the image, black 0 .. white 1; by its regions, blue
                                  background, green figure, magenta detail (Fig. 10b); by the photo's own detail */
-    double size_figure;       /* side of tiles in the figure and in the detail, where the background's is 1; between these
-                                 two, too, are the sides that an image asks for or detail leads to */
-    double size_detail;
+    double size_figure;       /* side of tiles in the figure and in the detail, where the background's is 1; by the */
+    double size_detail;       /* photo's own detail sides are between 1 and size_detail */
     int32_t pyramid;          /* PAVE_PYRAMID_: the metric max(|u|, |v|), or the text's own |u| + |v| */
     int32_t start;            /* PAVE_START_: stratified, or by rejection sampling */
     int32_t iterations;       /* of Lloyd's method: free, */
@@ -61,12 +60,12 @@ typedef struct pave_mosaic_params {
     double delta;             /* paper mode: side of a tile, sides of its cell */
     int32_t shape;            /* paper mode: PAVE_TILE_ */
     int32_t colour;           /* PAVE_COLOUR_: mean under the tile in linear light, or the pixel at its centre */
-    int32_t periodic;         /* 1: photo and mosaic repeat in x and y */
 } pave_mosaic_params;
 
 #define PAVE_MOSAIC_PARAMS_INIT \
-    { sizeof(pave_mosaic_params), PAVE_MODE_BEST, 2000, 0.0, 1.0, 1, PAVE_DIRECTION_AUTO, 0.5, PAVE_SIZE_EVEN, 0.7, 0.5, \
-      PAVE_PYRAMID_SQUARE, PAVE_START_JITTER, 40, 20, 1, 1.4, 0.2, 0.05, 0.8, PAVE_TILE_SQUARE, PAVE_COLOUR_AREA, 0 }
+    { sizeof(pave_mosaic_params), PAVE_MODE_BEST, 2000, 0.0, 1.0, 1, PAVE_DIRECTION_AUTO, 0.5, PAVE_SIZE_EVEN, \
+      0.7, 0.5, PAVE_PYRAMID_SQUARE, PAVE_START_JITTER, 40, 20, 1, 1.4, 0.2, 0.05, 0.8, PAVE_TILE_SQUARE, \
+      PAVE_COLOUR_AREA }
 
 PAVE_API void pave_mosaic_params_init(pave_mosaic_params *params, size_t size);
 PAVE_API void pave_mosaic_sources_init(pave_mosaic_sources *sources, size_t size);

@@ -24,8 +24,9 @@ typedef struct drawing {
 
 static pv_transform product(const pv_transform *o, const pv_transform *i)
 {
-    return (pv_transform){ o->a * i->a + o->c * i->b, o->b * i->a + o->d * i->b, o->a * i->c + o->c * i->d,
-                           o->b * i->c + o->d * i->d, o->a * i->e + o->c * i->f + o->e, o->b * i->e + o->d * i->f + o->f };
+    return (pv_transform){ o->a * i->a + o->c * i->b,        o->b * i->a + o->d * i->b,
+                           o->a * i->c + o->c * i->d,        o->b * i->c + o->d * i->d,
+                           o->a * i->e + o->c * i->f + o->e, o->b * i->e + o->d * i->f + o->f };
 }
 
 static pv_transform one_transform(const char *name, size_t length, const double *v, int count)
@@ -174,7 +175,8 @@ static pave_result read_tag(drawing *d, char *tag)
     }
     if (d->depth + 1 == DEPTH)
         return pv_fail(d->context, PAVE_ERR_FORMAT, "%s: is nested more than %d deep", d->path, DEPTH - 2);
-    char *value = attribute(tag, "transform"), *end = value ? value + strcspn(value, "\"'") : NULL, quote = end ? *end : 0;
+    char *value = attribute(tag, "transform"), *end = value ? value + strcspn(value, "\"'") : NULL;
+    char quote = end ? *end : 0;
     pv_transform own = { 1, 0, 0, 1, 0, 0 };
     if (end) {
         *end = 0;

@@ -1,5 +1,5 @@
-/* Stones as SVG: one polygon a stone, on a ground of grout; grouped by colour, but for mosaics, whose tiles have their own
- * colours and their order. */
+/* Stones as SVG: one polygon a stone, on a ground of grout; grouped by colour, but for mosaics, whose tiles have their
+ * own colours and their order. */
 #include "io/copies.h"
 #include "io/output.h"
 #include "io/palette.h"

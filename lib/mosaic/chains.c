@@ -24,7 +24,8 @@ static int64_t at(const chains *c, int32_t x, int32_t y)
 static int neighbours(const chains *c, int32_t pixel, int32_t found[8])
 {
     int32_t x = pixel % c->width, y = pixel / c->width, count = 0;
-    static const int8_t way[8][2] = { { 1, 0 }, { 0, 1 }, { -1, 0 }, { 0, -1 }, { 1, 1 }, { -1, 1 }, { -1, -1 }, { 1, -1 } };
+    static const int8_t way[8][2] = { { 1, 0 }, { 0, 1 }, { -1, 0 }, { 0, -1 }, { 1, 1 }, { -1, 1 }, { -1, -1 },
+                                      { 1, -1 } };
     for (int k = 0; k < 8; k++) {
         int32_t nx = x + way[k][0], ny = y + way[k][1];
         if (nx >= 0 && ny >= 0 && nx < c->width && ny < c->height && c->edge[at(c, nx, ny)])

@@ -1,4 +1,4 @@
-/* The colours of tiles (5.1): the mean light under each, or the pixel at its centre; from a palette where there is one. */
+/* The colours of tiles (5.1): the mean light under each, or its centre's pixel; of a palette where there is one. */
 #include "mosaic/cover.h"
 #include "mosaic/mosaic.h"
 
@@ -147,7 +147,7 @@ static pave_result use_palette(pave_context *context, const colouring *c)
 static void grey(pave_stones *s)
 {
     for (int32_t i = 0; i < s->count; i++)
-        s->colours[i] = (uint8_t)((299 * s->rgb[3 * i] + 587 * s->rgb[3 * i + 1] + 114 * s->rgb[3 * i + 2] + 500) / 1000);
+        s->colours[i] = (uint8_t)((299 * s->rgb[3 * i] + 587 * s->rgb[3 * i + 1] + 114 * s->rgb[3 * i + 2]) / 1000);
 }
 
 pave_result pv_tiles_colour(pave_context *context, const pv_work *w, pave_stones *stones)

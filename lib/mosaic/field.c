@@ -22,11 +22,10 @@ int32_t pv_angle_of(double x, double y)
     return (y < 0 ? -angle : angle) & 65535;
 }
 
-pave_result pv_distance_from(pave_context *context, const uint8_t *marks, int32_t width, int32_t height, int periodic,
-                             float **out)
+pave_result pv_distance_from(pave_context *context, const uint8_t *marks, int32_t width, int32_t height, float **out)
 {
     pave_result result = PAVE_OK;
-    pv_drawing drawing = { width, height, marks, periodic };
+    pv_drawing drawing = { width, height, marks, 0 };
     size_t pixels = (size_t)width * (size_t)height;
     int32_t *fixed = pv_allocate(context, pixels, sizeof *fixed, &result);
     *out = NULL;
@@ -48,15 +47,13 @@ typedef struct level {
 
 typedef struct extension {
     pave_guide *guide;
-    int32_t fold, periodic, colour;
+    int32_t fold, colour;
     double frame_from; /* px from an edge where rows may follow the frame */
     level *level;
 } extension;
 
-static int32_t wrap(int32_t v, int32_t most, int periodic)
+static int32_t clamp(int32_t v, int32_t most)
 {
-    if (periodic)
-        return v < 0 ? v + most : v < most ? v : v - most;
     return v < 0 ? 0 : v < most ? v : most - 1;
 }
 
@@ -137,7 +134,7 @@ static void fix_frame(const extension *e, level *l)
         for (int32_t x = 0; x < l->width; x++) {
             int64_t cell = (int64_t)y * l->width + x;
             int rim = x == 0 || y == 0 || x == l->width - 1 || y == l->height - 1;
-            if (rim && e->fold == 4 && !e->periodic && !l->fixed[cell] && !near_edge(e, l, x, y)) {
+            if (rim && e->fold == 4 && !l->fixed[cell] && !near_edge(e, l, x, y)) {
                 l->fixed[cell] = 1;
                 l->way[2 * cell] = 1;
             }
@@ -173,11 +170,11 @@ static void sweep_row(void *data, int32_t y, int32_t worker)
     (void)worker;
     const extension *e = data;
     const level *l = e->level;
-    const float *up = l->way + 2 * (int64_t)wrap(y - 1, l->height, e->periodic) * l->width;
-    const float *down = l->way + 2 * (int64_t)wrap(y + 1, l->height, e->periodic) * l->width;
+    const float *up = l->way + 2 * (int64_t)clamp(y - 1, l->height) * l->width;
+    const float *down = l->way + 2 * (int64_t)clamp(y + 1, l->height) * l->width;
     float *row = l->way + 2 * (int64_t)y * l->width;
     for (int32_t x = (y + e->colour) & 1; x < l->width; x += 2) {
-        int32_t left = wrap(x - 1, l->width, e->periodic), right = wrap(x + 1, l->width, e->periodic);
+        int32_t left = clamp(x - 1, l->width), right = clamp(x + 1, l->width);
         if (l->fixed[(int64_t)y * l->width + x])
             continue;
         for (int c = 0; c < 2; c++)
@@ -259,12 +256,12 @@ static void read_row(void *data, int32_t y, int32_t worker)
     const level *l = r->l;
     pave_guide *g = r->e->guide;
     float v = (float)((y + 0.5) / l->step - 0.5), fy = v - floorf(v);
-    int32_t y0 = wrap((int32_t)floorf(v), l->height, r->e->periodic);
-    int32_t y1 = wrap((int32_t)floorf(v) + 1, l->height, r->e->periodic);
+    int32_t y0 = clamp((int32_t)floorf(v), l->height);
+    int32_t y1 = clamp((int32_t)floorf(v) + 1, l->height);
     for (int32_t x = 0; x < g->width; x++) {
         float u = (float)((x + 0.5) / l->step - 0.5), fx = u - floorf(u), way[2];
-        int32_t x0 = wrap((int32_t)floorf(u), l->width, r->e->periodic);
-        int32_t x1 = wrap((int32_t)floorf(u) + 1, l->width, r->e->periodic);
+        int32_t x0 = clamp((int32_t)floorf(u), l->width);
+        int32_t x1 = clamp((int32_t)floorf(u) + 1, l->width);
         for (int c = 0; c < 2; c++) {
             float a = l->way[2 * ((int64_t)y0 * l->width + x0) + c], b = l->way[2 * ((int64_t)y0 * l->width + x1) + c];
             float d = l->way[2 * ((int64_t)y1 * l->width + x0) + c], f = l->way[2 * ((int64_t)y1 * l->width + x1) + c];
@@ -275,9 +272,9 @@ static void read_row(void *data, int32_t y, int32_t worker)
     }
 }
 
-pave_result pv_field_harmonic(pave_context *context, int32_t fold, double side, int periodic, pave_guide *guide)
+pave_result pv_field_harmonic(pave_context *context, int32_t fold, double side, pave_guide *guide)
 {
-    extension e = { .guide = guide, .fold = fold, .periodic = periodic, .frame_from = 4 * side };
+    extension e = { .guide = guide, .fold = fold, .frame_from = 4 * side };
     int32_t step = side > 20 ? (int32_t)(side / 10) : 1;
     level finest;
     pave_result result = edge_directions(context, side, guide);
@@ -299,15 +296,15 @@ pave_result pv_field_harmonic(pave_context *context, int32_t fold, double side, 
 }
 
 /* As in Eq. 2 of the pavement, and turned by a quarter: along the edge. */
-pave_result pv_field_gradient(pave_context *context, int periodic, pave_guide *guide)
+pave_result pv_field_gradient(pave_context *context, pave_guide *guide)
 {
     const float *distance = guide->away;
     for (int32_t y = 0; y < guide->height && distance; y++)
         for (int32_t x = 0; x < guide->width; x++) {
             double d[3][3];
             for (int k = 0; k < 9; k++)
-                d[k / 3][k % 3] = (double)distance[(int64_t)wrap(y + k / 3 - 1, guide->height, periodic) * guide->width +
-                                                   wrap(x + k % 3 - 1, guide->width, periodic)];
+                d[k / 3][k % 3] = (double)distance[(int64_t)clamp(y + k / 3 - 1, guide->height) * guide->width +
+                                                   clamp(x + k % 3 - 1, guide->width)];
             double gx = d[0][2] - d[0][0] + 2 * (d[1][2] - d[1][0]) + d[2][2] - d[2][0];
             double gy = d[2][0] - d[0][0] + 2 * (d[2][1] - d[0][1]) + d[2][2] - d[0][2];
             int32_t angle = gx != 0 || gy != 0 ? pv_angle_of(gx, gy) + QUARTER : 0;
@@ -342,7 +339,8 @@ static int32_t turn(const pave_guide *g, int32_t fold, int64_t from, int64_t to)
 /* Around the squares of a lattice finer than tiles. */
 pave_result pv_field_singularities(pave_context *context, int32_t fold, double side, pave_guide *guide)
 {
-    int32_t step = side > 8 ? (int32_t)(side / 4) : 2, across = (guide->width - 1) / step, down = (guide->height - 1) / step;
+    int32_t step = side > 8 ? (int32_t)(side / 4) : 2;
+    int32_t across = (guide->width - 1) / step, down = (guide->height - 1) / step;
     pave_result result = PAVE_OK;
     size_t room = (size_t)across * (size_t)down;
     guide->singularity = pv_allocate(context, 2 * room, sizeof *guide->singularity, &result);

@@ -54,8 +54,8 @@ static pave_result make_field(pave_context *context, const pave_mosaic_sources *
     if (kind == PAVE_DIRECTION_AUTO)
         kind = params->mode == PAVE_MODE_PAPER ? PAVE_DIRECTION_GRADIENT : PAVE_DIRECTION_HARMONIC;
     if (kind == PAVE_DIRECTION_GRADIENT)
-        return pv_field_gradient(context, params->periodic, guide);
-    return pv_field_harmonic(context, fold, side, params->periodic, guide);
+        return pv_field_gradient(context, guide);
+    return pv_field_harmonic(context, fold, side, guide);
 }
 
 static pave_result make(pave_context *context, const pave_mosaic_sources *sources, const pave_mosaic_params *params,
@@ -75,7 +75,7 @@ static pave_result make(pave_context *context, const pave_mosaic_sources *source
     if (!result)
         result = gather_edges(context, sources, params, photo, side, guide);
     if (!result && count_marks(guide))
-        result = pv_distance_from(context, guide->edge, guide->width, guide->height, params->periodic, &guide->away);
+        result = pv_distance_from(context, guide->edge, guide->width, guide->height, &guide->away);
     if (!result)
         result = make_field(context, sources, params, side, guide);
     return result ? result : pv_field_singularities(context, params->aspect != 1 ? 2 : 4, side, guide);

@@ -266,7 +266,8 @@ static double mean(const judgement *j, size_t offset)
 
 static void sum_up(const judgement *j, double *values, pave_mosaic_measure *m)
 {
-    double pixels = (double)j->w->width * j->w->height, n = j->stones->count ? j->stones->count : 1, root = 0, square = 0;
+    double pixels = (double)j->w->width * j->w->height, n = j->stones->count ? j->stones->count : 1;
+    double root = 0, square = 0;
     for (int32_t i = 0; i < j->stones->count; i++) {
         const verdict *v = &j->verdicts[i];
         m->coverage += v->area / pixels;
@@ -315,7 +316,7 @@ pave_result pv_mosaic_judge(pave_context *context, const pv_work *w, const pave_
                             pave_mosaic_measure *m)
 {
     judgement j = { w, stones, NULL };
-    *m = (pave_mosaic_measure){ .size = sizeof *m, .tiles = stones->count, .lost = w->n - stones->count,
+    *m = (pave_mosaic_measure){ .size = sizeof *m, .tiles = stones->count, .lost = w->n - stones->mosaic->served,
                                 .singularities = w->guide->singularities, .tile_side = w->side };
     pave_result result = judge(context, &j, m);
     m->overlap /= (double)w->width * w->height;

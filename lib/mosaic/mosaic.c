@@ -31,7 +31,6 @@ static const pv_param mosaic_rows[] = {
     PV_REAL(pave_mosaic_params, delta, "sides", 0.05, 4, "paper mode: side of a tile"),
     PV_CHOICE(pave_mosaic_params, shape, "square|ellipse|cell", "paper mode: what is laid at a site"),
     PV_CHOICE(pave_mosaic_params, colour, "area|point", "of a tile: mean of the light under it, or its centre's pixel"),
-    PV_FLAG(pave_mosaic_params, periodic, "photo and mosaic repeat in x and y"),
 };
 
 const pv_table pv_mosaic_table = PV_TABLE("mosaic", default_params, mosaic_rows);

@@ -53,8 +53,8 @@ void pv_edges_draw(const pave_curves *curves, pave_guide *guide);
 pave_result pv_edges_clean(pave_context *context, double least, double apart, pave_guide *guide);
 
 /* field.c: the direction field from the edges. */
-pave_result pv_field_gradient(pave_context *context, int periodic, pave_guide *guide);
-pave_result pv_field_harmonic(pave_context *context, int32_t fold, double side, int periodic, pave_guide *guide);
+pave_result pv_field_gradient(pave_context *context, pave_guide *guide);
+pave_result pv_field_harmonic(pave_context *context, int32_t fold, double side, pave_guide *guide);
 pave_result pv_field_take(pave_context *context, const pave_image *image, pave_guide *guide);
 pave_result pv_field_singularities(pave_context *context, int32_t fold, double side, pave_guide *guide);
 
@@ -103,12 +103,13 @@ pave_result pv_tiles_pack(pave_context *context, pv_work *w);
 typedef struct pv_mosaic_record {
     pave_mosaic_params params;
     pave_mosaic_measure measure;
+    int32_t served; /* sites that have a tile */
 } pv_mosaic_record;
 
 /* tiles.c: the text's own tiles. */
 pave_result pv_tiles_cut(pave_context *context, const pv_work *w, pave_stones *out);
 
-/* quads.c: tiles as quadrilaterals that leave nothing between them but joints; or, if `plain`, the cells as they are. */
+/* quads.c: tiles as quadrilaterals that leave nothing between them but joints; or, if `plain`, cells as they are. */
 pave_result pv_quads_cut(pave_context *context, const pv_work *w, int plain, pave_stones *out);
 
 /* colour.c */
@@ -122,5 +123,4 @@ pave_result pv_mosaic_judge(pave_context *context, const pv_work *w, const pave_
                             pave_mosaic_measure *out);
 
 /* Distance from the nearest marked pixel, px; a large number where there is none. */
-pave_result pv_distance_from(pave_context *context, const uint8_t *marks, int32_t width, int32_t height, int periodic,
-                             float **out);
+pave_result pv_distance_from(pave_context *context, const uint8_t *marks, int32_t width, int32_t height, float **out);

@@ -1,5 +1,5 @@
-/* The area that tiles share, two by two: of the triangles that each is made of, with their signs, so that tiles need not
- * be convex. */
+/* The area that tiles share, two by two: of the triangles that each is made of, with their signs, so that tiles need
+ * not be convex. */
 #include "mosaic/mosaic.h"
 
 #include "util/polygon.h"
@@ -116,7 +116,8 @@ static void fill(const pave_stones *s, grid *g)
     for (int32_t i = 0; i < g->across * g->down; i++)
         g->first[i] = -1;
     for (int32_t i = s->count - 1; i >= 0; i--) {
-        int32_t at = square_of(g->box[i].top, g->side, g->down) * g->across + square_of(g->box[i].left, g->side, g->across);
+        int32_t x = square_of(g->box[i].left, g->side, g->across), y = square_of(g->box[i].top, g->side, g->down);
+        int32_t at = y * g->across + x;
         g->next[i] = g->first[at];
         g->first[at] = i;
     }

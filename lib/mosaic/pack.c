@@ -1,4 +1,4 @@
-/* Packing: Lloyd's method on square pyramids that the field turns (section 3). For a while thick edges belong to nobody,
+/* Packing: Lloyd's method on square pyramids that the field turns (section 3). For a while thick edges are nobody's,
  * which drives the sites off them; then the gaps are filled again (section 6). Between the phases each site takes the
  * size that tiles are to have where it has come to. */
 #include "mosaic/mosaic.h"

@@ -1,4 +1,4 @@
-/* The photo as light and as it looks; colours without the libm, for what follows from them must be the same everywhere. */
+/* The photo as light and as it looks. Colours do without the libm, so that they are the same everywhere. */
 #include "mosaic/mosaic.h"
 
 #include "base/parallel.h"
@@ -166,7 +166,7 @@ static pave_result convert(pave_context *context, conversion *c)
         pv_release(photo->hole);
         photo->hole = NULL;
     } else if (!result && photo->hole && !memchr(photo->hole, 0, pixels)) {
-        result = pv_fail(context, PAVE_ERR_ARGUMENT, "the photo is transparent everywhere: there is no place for tiles");
+        result = pv_fail(context, PAVE_ERR_ARGUMENT, "the photo is transparent everywhere: no place for tiles");
     }
     return result;
 }

@@ -1,6 +1,6 @@
-/* Best mode: the cells as a mesh in which every inner vertex is a corner to all but one of its faces, so that faces have
- * four corners; drawn gently to the edges and towards rectangles that the field turns; in each face a tile. The mesh is
- * on an integer grid and stays one, so that no two tiles can overlap. */
+/* Best mode: the cells as a mesh in which every inner vertex is a corner to all but one of its faces, so that these
+ * have four corners; drawn gently to the edges and towards rectangles that the field turns; in each face a tile. The
+ * mesh is on an integer grid and stays one, so that no two tiles can overlap. */
 #include "mosaic/mosaic.h"
 
 #include "stones/assign.h"
@@ -161,8 +161,9 @@ static pave_result shape(pave_context *context, const pv_work *w, pv_tess *tess)
     int64_t block = (int64_t)(side * BLOCK_TILES);
     pv_assign_params assign = { block, 65, 35 };
     shaping s = { w, 0.12, 0.4 };
-    pv_realise_params draw = { block, 24, (int32_t)(side / 2), (int32_t)(side / 8), (int32_t)(least / 4), 0.05, pull, &s };
-    pv_realise_params settle = { block, 4, (int32_t)(side / 4), (int32_t)(side / 8), (int32_t)(least / 5), 0.3, NULL, NULL };
+    int32_t step = (int32_t)(side / 8);
+    pv_realise_params draw = { block, 24, (int32_t)(side / 2), step, (int32_t)(least / 4), 0.05, pull, &s };
+    pv_realise_params settle = { block, 4, (int32_t)(side / 4), step, (int32_t)(least / 5), 0.3, NULL, NULL };
     pave_result result = pv_tess_collapse(context, tess, (int64_t)(least / 5), 4, 3);
     if (!result)
         result = pv_assign_flats(context, &assign, tess, 0.2, 0.3);
@@ -220,6 +221,7 @@ static void add_tile(const cutting *c, int32_t face, pave_stones *out)
         out->vertices[2 * (at + i) + 1] = (double)c->corner[from + i].y / PV_GRID;
     }
     out->sites[out->count] = out->count;
+    out->mosaic->served += c->tess->part[face] == 0;
     out->starts[++out->count] = at + c->count[face];
 }
 

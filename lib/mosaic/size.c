@@ -105,7 +105,8 @@ static pave_result fill(pave_context *context, pv_work *w)
     if (w->params->size_from == PAVE_SIZE_DETAIL)
         return sizes_by_detail(context, w);
     for (int64_t i = 0; i < (int64_t)w->width * w->height; i++)
-        w->size[i] = (float)(w->params->size_from == PAVE_SIZE_REGIONS ? region_size(w, image, i) : image_size(image, i));
+        w->size[i] = (float)(w->params->size_from == PAVE_SIZE_REGIONS ? region_size(w, image, i)
+                                                                       : image_size(image, i));
     return PAVE_OK;
 }
 
@@ -116,7 +117,7 @@ static pave_result check(pave_context *context, const pv_work *w)
     if (needed && !image)
         return pv_fail(context, PAVE_ERR_ARGUMENT, "sizes are to come from an image, but there is none");
     if (image && !needed)
-        return pv_fail(context, PAVE_ERR_ARGUMENT, "there is an image of sizes, but size_from is neither image nor regions");
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "there is an image of sizes, but size_from is not of an image");
     if (image && (image->width != w->width || image->height != w->height))
         return pv_fail(context, PAVE_ERR_ARGUMENT, "the image of sizes has %d x %d px, the photo %d x %d",
                        (int)image->width, (int)image->height, (int)w->width, (int)w->height);

@@ -90,7 +90,8 @@ static void place(sower *s, part p)
         target -= mass(s, cut(line, step, low));
         *(step ? &x : &row) = low;
     }
-    s->sites[s->count++] = (pave_site){ .x = 256 * x + (int32_t)(r.word[0] >> 24), .y = 256 * row + (int32_t)(r.word[1] >> 24) };
+    int32_t dx = (int32_t)(r.word[0] >> 24), dy = (int32_t)(r.word[1] >> 24);
+    s->sites[s->count++] = (pave_site){ .x = 256 * x + dx, .y = 256 * row + dy };
 }
 
 /* Near the middle, if all of the part is as dense. */

@@ -60,7 +60,8 @@ static void shuffle(const pv_work *w, int32_t *order)
     for (int32_t i = 0; i < w->n; i++)
         order[i] = i;
     for (int32_t i = w->n - 1; i > 0 && w->params->shape == PAVE_TILE_ELLIPSE; i--) {
-        int32_t j = (int32_t)pv_below(pv_draw(w->params->seed, PV_DRAW_SCALE, (uint32_t)i, 0, 3).word[0], (uint32_t)i + 1);
+        pv_random r = pv_draw(w->params->seed, PV_DRAW_SCALE, (uint32_t)i, 0, 3);
+        int32_t j = (int32_t)pv_below(r.word[0], (uint32_t)i + 1);
         int32_t k = order[i];
         order[i] = order[j], order[j] = k;
     }
@@ -94,6 +95,7 @@ pave_result pv_tiles_cut(pave_context *context, const pv_work *w, pave_stones *o
         }
     }
     out->painted = 1;
+    out->mosaic->served = out->count;
     pv_release(order);
     pv_release(alive);
     return result;
