@@ -163,7 +163,7 @@ static pave_result shape(pave_context *context, const pv_work *w, pv_tess *tess)
     shaping s = { w, 0.12, 0.4 };
     int32_t step = (int32_t)(side / 8);
     pv_realise_params draw = { block, 24, (int32_t)(side / 2), step, (int32_t)(least / 4), 0.05, pull, &s };
-    pv_realise_params settle = { block, 4, (int32_t)(side / 4), step, (int32_t)(least / 5), 0.3, NULL, NULL };
+    pv_realise_params settle = { block, 6, (int32_t)(side / 4), step, (int32_t)(least / 5), 0.3, NULL, NULL };
     pave_result result = pv_tess_collapse(context, tess, (int64_t)(least / 5), 4, 3);
     if (!result)
         result = pv_assign_flats(context, &assign, tess, 0.2, 0.3);
@@ -198,7 +198,7 @@ static int32_t cut_tile(const cutting *c, int32_t face, pv_cell *out)
     for (int32_t i = 0; i < count; i++)
         corner[i] = (uint8_t)pv_is_corner(tess, tess->first[face] + i);
     pv_stone_cell cell = { count, ring, corner };
-    int32_t kept = pv_stone_inscribe(&cell, 0.06, out);
+    int32_t kept = pv_stone_inscribe(&cell, 0.055, out);
     return pv_stone_offset(out, kept, c->w->params->joint / 2 * c->w->side * PV_GRID);
 }
 
