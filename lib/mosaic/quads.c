@@ -14,6 +14,8 @@
 
 enum { BLOCK_TILES = 8, MOST_CORNERS = 16 };
 
+#define SIZE_PULL 0.5 /* how far a rectangle goes towards the size that is wanted */
+
 /* Labels into faces: holes are labels of their own, at the end. */
 static pave_result trace(pave_context *context, const pv_work *w, pv_tess *tess)
 {
@@ -68,7 +70,7 @@ static void pull_to_edge(const shaping *s, pv_cell at, pv_equations *e)
     pv_add_equation(e, s->to_edge, gx / steep, gy / steep, away * PV_GRID);
 }
 
-/* The rectangle that the corners of a face come nearest to. */
+/* The rectangle that the corners of a face come nearest to, made more like the size that is wanted. */
 typedef struct rectangle {
     double x, y, c, s, a, b; /* centre, direction, half sides; grid units */
 } rectangle;
@@ -129,6 +131,10 @@ static int rectangle_of(const pv_work *w, const pv_tess *tess, int32_t face, rec
         r->a += fabs(dx * r->c + dy * r->s) / count;
         r->b += fabs(dy * r->c - dx * r->s) / count;
     }
+    double wanted = pv_wanted_side(w, r->x / PV_GRID, r->y / PV_GRID) * PV_GRID / 2, is = sqrt(r->a * r->b);
+    double grow = is > 0 ? 1 + SIZE_PULL * (wanted / is - 1) : 1;
+    r->a *= grow;
+    r->b *= grow;
     return 1;
 }
 
