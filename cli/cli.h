@@ -28,9 +28,10 @@ typedef struct cli_group {
 } cli_group;
 
 /* The params of laying, and their groups. */
-enum { LAY_GROUPS = 7 };
+enum { LAY_GROUPS = 8 };
 typedef struct lay_options {
     pave_threshold_params threshold;
+    pave_palette_params palette;
     pave_field_params field;
     pave_cvd_params cvd;
     pave_stones_params stones;

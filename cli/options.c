@@ -79,11 +79,13 @@ void lay_options_init(lay_options *o)
     const cli_group groups[LAY_GROUPS] = {
         { "Stones", PAVE_PARAMS_STONES, &o->stones },       { "Diagram", PAVE_PARAMS_CVD, &o->cvd },
         { "Distance field", PAVE_PARAMS_FIELD, &o->field }, { "Drawing", PAVE_PARAMS_THRESHOLD, &o->threshold },
+        { "Colours", PAVE_PARAMS_PALETTE, &o->palette },
         { "Machine", PAVE_PARAMS_CONTEXT, &o->context },    { "Size", PAVE_PARAMS_STREAM, &o->stream },
         { "Limits", PAVE_PARAMS_LIMITS, &o->limits },
     };
     memcpy(o->groups, groups, sizeof groups);
     pave_threshold_params_init(&o->threshold, sizeof o->threshold);
+    pave_palette_params_init(&o->palette, sizeof o->palette);
     pave_field_params_init(&o->field, sizeof o->field);
     pave_cvd_params_init(&o->cvd, sizeof o->cvd);
     pave_stones_params_init(&o->stones, sizeof o->stones);
@@ -92,7 +94,7 @@ void lay_options_init(lay_options *o)
     pave_context_params_init(&o->context, sizeof o->context);
     o->limits.max_pixels = 0;
     o->context.limits = &o->limits;
-    o->lay = (pave_lay_params){ sizeof o->lay, &o->threshold, &o->field, &o->cvd, &o->stones };
+    o->lay = (pave_lay_params){ sizeof o->lay, &o->threshold, &o->field, &o->cvd, &o->stones, &o->palette };
 }
 
 static void print_value(const pave_param *param, double value)
@@ -125,11 +127,12 @@ static void print_option(const pave_param *param)
     option_name(name, param->name);
     const char *value = param->type == PAVE_PARAM_FLAG     ? ""
                         : param->type == PAVE_PARAM_WINDOW ? " X,Y,W,H"
+                        : param->type == PAVE_PARAM_PALETTE ? " LIST"
                         : param->choices                   ? " NAME"
                                                            : " N";
     snprintf(left, sizeof left, "--%s%s", name, value);
     printf("  %-28s %s", left, param->help);
-    if (param->type != PAVE_PARAM_FLAG && param->type != PAVE_PARAM_WINDOW)
+    if (param->type != PAVE_PARAM_FLAG && param->type != PAVE_PARAM_WINDOW && param->type != PAVE_PARAM_PALETTE)
         print_range(param);
     if (param->choices)
         printf("\n  %-28s %s", "", param->choices);
@@ -202,6 +205,24 @@ static void say(void *user, int32_t level, const char *text)
     complain(user, "%s", text);
 }
 
+/* A palette is a list, or a file that holds one. */
+static int set_palette(const cli_command *command, pave_context *tables, const cli_group *group, const char *name,
+                       const char *value)
+{
+    char text[4096];
+    if (*value == '#')
+        return pave_params_set(tables, group->table, group->params, name, value) ? EXIT_USAGE : EXIT_FINE;
+    FILE *file = fopen(value, "r");
+    size_t n = file ? fread(text, 1, sizeof text, file) : 0;
+    if (file)
+        fclose(file);
+    if (!file || n == sizeof text)
+        return complain(command, "--%s %s is neither colours like #rrggbb nor a short file of them", name, value),
+               EXIT_INPUT;
+    text[n] = 0;
+    return pave_params_set(tables, group->table, group->params, name, text) ? EXIT_INPUT : EXIT_FINE;
+}
+
 /* Sets "--name value" or "--name=value"; *used tells how many words it took. */
 static int set_option(cli_command *command, pave_context *tables, int left, char **words, int *used)
 {
@@ -222,6 +243,8 @@ static int set_option(cli_command *command, pave_context *tables, int left, char
         value = words[1], *used = 2;
     else
         return complain(command, "--%s needs a value", name), EXIT_USAGE;
+    if (param.type == PAVE_PARAM_PALETTE)
+        return set_palette(command, tables, group, name, value);
     return pave_params_set(tables, group->table, group->params, name, value) ? EXIT_USAGE : EXIT_FINE;
 }
 

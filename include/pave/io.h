@@ -28,10 +28,11 @@ PAVE_API pave_result pave_stones_write(pave_context *context, const pave_stones 
 
 /* Reads stones back: a file that pave_stones_write wrote as "stones", or an SVG file of anyone's. Of SVG, every
  * <polygon> and every <path> of straight lines is a stone, in the order of the file, which numbers their sites;
- * viewBox, in px of the drawing, is the window. Corners are rounded to 1/1000 px; stones are taken as they are,
- * good or not. A colour is black or white by its luma (128 of 255). Curves, transforms, style sheets and fills that
- * are no plain colour are PAVE_ERR_UNSUPPORTED; other damage, and stones of several rings, PAVE_ERR_FORMAT with the
- * line. What an SVG does not tell, as parameters, is as by default. Cost: the file is held in memory meanwhile. */
+ * copies (<use>) are not; viewBox, in px of the drawing, is the window. Corners are rounded to 1/1000 px; stones
+ * are taken as they are, good or not. Their fills are pave_stones_rgb, and by luma (128 of 255) black or white in
+ * pave_stones_colours. Curves, transforms, style sheets and fills that are no plain colour are
+ * PAVE_ERR_UNSUPPORTED; other damage, and stones of several rings, PAVE_ERR_FORMAT with the line. What an SVG does
+ * not tell, as parameters, is as by default. Cost: the file is held in memory meanwhile. */
 PAVE_API pave_result pave_stones_read(pave_context *context, const char *path, pave_stones **out);
 
 /* Merges windows of one pavement, each a file that pave_stones_write wrote as "stones", into one file: the same bytes

@@ -80,6 +80,9 @@ static pave_result range_error(pave_context *context, const pv_param *row, const
         return pv_fail(context, PAVE_ERR_ARGUMENT, "%s is '%s', but must be one of %s", name, text, row->choices);
     if (row->type == PAVE_PARAM_WINDOW)
         return pv_fail(context, PAVE_ERR_ARGUMENT, "%s is '%s', but must be X,Y,WIDTH,HEIGHT in px", name, text);
+    if (row->type == PAVE_PARAM_PALETTE)
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "%s is '%.60s', but must be 1 to 256 colours like #rrggbb,#rrggbb",
+                       name, text);
     char least[32], most[32];
     pv_text_number(least, sizeof least, row->least);
     pv_text_number(most, sizeof most, row->greatest);
@@ -89,6 +92,23 @@ static pave_result range_error(pave_context *context, const pv_param *row, const
     return pv_fail(context, PAVE_ERR_ARGUMENT, "%s is %s, but must be %s%s .. %s%s%s", name, text,
                    row->type == PAVE_PARAM_REAL ? "" : "a whole number of ", least, most, *row->unit ? " " : "",
                    row->unit);
+}
+
+/* "#rrggbb", with white space or commas between. 0 if it is not that, or more than there is room for. */
+static int parse_palette(const char *text, pave_palette *out)
+{
+    memset(out, 0, sizeof *out);
+    for (text += strspn(text, " \t\r\n,"); *text; text += strspn(text, " \t\r\n,")) {
+        if (*text != '#' || strspn(text + 1, "0123456789abcdefABCDEF") != 6 || out->count == 256)
+            return 0;
+        for (int i = 0; i < 3; i++) {
+            char pair[3] = { text[1 + 2 * i], text[2 + 2 * i], 0 };
+            out->rgb[3 * out->count + i] = (uint8_t)strtoul(pair, NULL, 16);
+        }
+        out->count++;
+        text += 7;
+    }
+    return out->count > 0;
 }
 
 /* NaN is outside every range. */
@@ -191,6 +211,7 @@ static size_t stored_size(const pv_param *row)
     case PAVE_PARAM_LONG:
     case PAVE_PARAM_SEED: return 8;
     case PAVE_PARAM_WINDOW: return 4 * sizeof(int32_t);
+    case PAVE_PARAM_PALETTE: return sizeof(pave_palette);
     default: return sizeof(int32_t);
     }
 }
@@ -216,6 +237,16 @@ static void store(const pv_param *row, void *params, double value, uint64_t whol
     }
 }
 
+static pave_result set_palette(pave_context *context, const pv_param *row, void *params, const char *name,
+                               const char *value)
+{
+    pave_palette palette;
+    if (!parse_palette(value, &palette))
+        return range_error(context, row, name, value);
+    memcpy((char *)params + row->offset, &palette, sizeof palette);
+    return PAVE_OK;
+}
+
 pave_result pv_param_set(pave_context *context, const pv_table *table, void *params, const char *name,
                          const char *value)
 {
@@ -227,6 +258,8 @@ pave_result pv_param_set(pave_context *context, const pv_table *table, void *par
             continue;
         if (*(size_t *)params < row->offset + stored_size(row))
             return pv_fail(context, PAVE_ERR_ARGUMENT, "this %s struct is too old to hold %s", table->name, name);
+        if (row->type == PAVE_PARAM_PALETTE)
+            return set_palette(context, row, params, name, value);
         int32_t window[4];
         int parsed = row->type == PAVE_PARAM_WINDOW ? parse_window(value, window)
                                                     : parse_value(row, value, &number, &whole) && in_range(row, number);

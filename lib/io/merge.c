@@ -253,13 +253,14 @@ static void begin_head(pave_stones *head, const pv_stone_file_head *part)
     head->params = part->stones;
     head->field = part->field;
     head->threshold = part->threshold;
+    head->palette = part->palette;
     head->backend = part->backend;
     memcpy(head->backend_name, part->backend_name, sizeof head->backend_name);
 }
 
 static int same_pavement(const pave_stones *head, const pv_stone_file_head *part)
 {
-    pv_making making = { head->drawing, &head->threshold, &head->field, &head->cvd, &head->params };
+    pv_making making = { head->drawing, &head->threshold, &head->palette, &head->field, &head->cvd, &head->params };
     return head->plane_width == part->plane_width && head->plane_height == part->plane_height &&
            pv_stones_file_same(part, &making);
 }

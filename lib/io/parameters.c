@@ -29,6 +29,16 @@ static void put_window(pv_json *json, const char *key, const int32_t *window)
     pv_json_close(json);
 }
 
+/* "#rrggbb #rrggbb"; "" for none. */
+static void put_palette(pv_json *json, const char *key, const pave_palette *palette)
+{
+    char text[8 * 256 + 1] = "";
+    for (int32_t i = 0; i < palette->count; i++)
+        snprintf(text + 8 * i, sizeof text - 8 * (size_t)i, "#%02x%02x%02x%s", palette->rgb[3 * i],
+                 palette->rgb[3 * i + 1], palette->rgb[3 * i + 2], i + 1 < palette->count ? " " : "");
+    pv_json_string(json, key, text);
+}
+
 void pv_json_params(pv_json *json, const pv_table *table, const void *params)
 {
     pv_json_object(json, table->name);
@@ -41,6 +51,7 @@ void pv_json_params(pv_json *json, const pv_table *table, const void *params)
         case PAVE_PARAM_SEED: pv_json_unsigned(json, row->name, *(const uint64_t *)at); break;
         case PAVE_PARAM_FLAG: pv_json_flag(json, row->name, *(const int32_t *)at); break;
         case PAVE_PARAM_WINDOW: put_window(json, row->name, at); break;
+        case PAVE_PARAM_PALETTE: put_palette(json, row->name, at); break;
         case PAVE_PARAM_CHOICE: put_choice(json, row, *(const int32_t *)at); break;
         default: pv_json_whole(json, row->name, *(const int32_t *)at);
         }
@@ -78,6 +89,8 @@ pave_result pv_json_read_params(pave_context *context, const char *path, const v
     {
         char text[64];
         const char *value = as_text(item, text);
+        if (value && !*value && !strcmp(item->string, "palette"))
+            continue; /* none */
         if (!result && !value)
             result = pv_fail(context, PAVE_ERR_FORMAT, "%s: %s is of a strange kind", path, item->string);
         if (!result)

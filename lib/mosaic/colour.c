@@ -52,7 +52,7 @@ static void colour_tile(const colouring *c, int32_t tile)
         add_pixel(c->w, (int32_t)floor(x), (int32_t)floor(y), light, &count);
     for (int k = 0; k < 3; k++) {
         light[k] /= (double)count;
-        s->rgb[3 * tile + k] = pv_display_of(light[k]);
+        s->rgb[3 * tile + k] = pv_tile_code(light[k]);
     }
 }
 
@@ -99,10 +99,10 @@ static void compare_colours(const colouring *c, match *matches)
     for (int32_t k = 0; k < sources->palette_count; k++) {
         double light[3], colour[3], tile[3];
         for (int i = 0; i < 3; i++)
-            light[i] = pv_light_of(sources->palette[3 * k + i] / 255.0);
-        pv_lab_of(light, colour);
+            light[i] = pv_tile_light(sources->palette[3 * k + i] / 255.0);
+        pv_tile_lab(light, colour);
         for (int32_t t = 0; t < c->stones->count; t++) {
-            pv_lab_of(c->light + 3 * (int64_t)t, tile);
+            pv_tile_lab(c->light + 3 * (int64_t)t, tile);
             matches[(int64_t)k * c->stones->count + t] = (match){ (float)pv_ciede2000(tile, colour), t, k };
         }
     }

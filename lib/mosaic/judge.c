@@ -93,10 +93,10 @@ static double judge_colour(const pave_stones *s, int32_t tile, const double sum[
     double mean[3], own[3], a[3], b[3];
     for (int c = 0; c < 3; c++) {
         mean[c] = sum[c] / (double)count;
-        own[c] = pv_light_of(s->rgb[3 * tile + c] / 255.0);
+        own[c] = pv_tile_light(s->rgb[3 * tile + c] / 255.0);
     }
-    pv_lab_of(mean, a);
-    pv_lab_of(own, b);
+    pv_tile_lab(mean, a);
+    pv_tile_lab(own, b);
     return pv_ciede2000(a, b);
 }
 

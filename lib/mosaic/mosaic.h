@@ -21,9 +21,9 @@ typedef struct pv_photo {
 pave_result pv_photo_create(pave_context *context, const pave_image *image, pv_photo *out);
 void pv_photo_free(pv_photo *photo);
 /* Conversions of r, g, b in light and of CIELAB, without the libm, so that they are the same everywhere. */
-void pv_lab_of(const double light[3], double lab[3]);
-double pv_light_of(double display);
-uint8_t pv_display_of(double light);
+void pv_tile_lab(const double light[3], double lab[3]);
+double pv_tile_light(double display);
+uint8_t pv_tile_code(double light);
 /* How far apart two colours look. */
 double pv_ciede2000(const double a[3], const double b[3]);
 

@@ -35,7 +35,7 @@ static double fifth_root(double v)
     return ldexp(r, exponent / 5);
 }
 
-double pv_light_of(double display)
+double pv_tile_light(double display)
 {
     double t = (display + 0.055) / 1.055;
     return display <= 0.04045 ? display / 12.92 : t * t * fifth_root(t * t);
@@ -53,7 +53,7 @@ static double display_value(double light)
     return 1.055 * cube_root(light) * cube_root(quarter) - 0.055;
 }
 
-uint8_t pv_display_of(double light)
+uint8_t pv_tile_code(double light)
 {
     return (uint8_t)(display_value(light) * 255 + 0.5);
 }
@@ -63,7 +63,7 @@ static double lab_curve(double v)
     return v > 216.0 / 24389 ? cube_root(v) : (24389.0 / 27 * v + 16) / 116;
 }
 
-void pv_lab_of(const double light[3], double lab[3])
+void pv_tile_lab(const double light[3], double lab[3])
 {
     const double *c = light;
     double x = lab_curve((0.4124564 * c[0] + 0.3575761 * c[1] + 0.1804375 * c[2]) / 0.95047);
@@ -94,7 +94,7 @@ static double light_at(const conversion *c, int64_t index)
     }
     double v = pv_image_value(c->image, index);
     v = v > 0 ? v < 1 ? v : 1 : 0;
-    return c->image->encoding == PAVE_DISPLAY ? pv_light_of(v) : v;
+    return c->image->encoding == PAVE_DISPLAY ? pv_tile_light(v) : v;
 }
 
 /* Edges need no more than a table of the curve, for which the square root is stepped evenly. */
@@ -140,7 +140,7 @@ static void fill_tables(conversion *c)
     int32_t values = c->image->type == PAVE_U8 ? 256 : c->image->type == PAVE_U16 ? 65536 : 0;
     for (int32_t i = 0; i < values; i++) {
         double v = (double)i / (values - 1);
-        c->light[i] = (float)(c->image->encoding == PAVE_DISPLAY ? pv_light_of(v) : v);
+        c->light[i] = (float)(c->image->encoding == PAVE_DISPLAY ? pv_tile_light(v) : v);
     }
     for (int32_t i = 0; i <= CURVE + 1; i++)
         c->lab_curve[i] = (float)lab_curve((double)i / CURVE * i / CURVE);

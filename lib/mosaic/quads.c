@@ -23,7 +23,7 @@ static pave_result trace(pave_context *context, const pv_work *w, pv_tess *tess)
     pv_pieces pieces = { 0 };
     pv_net net = { 0 };
     pv_outline outline = { 0 };
-    pv_tess_place place = { 0, 0, 1 };
+    pv_tess_place place = { 0, 0, 1, w->side / 2 };
     pv_label_image image = { .width = w->width, .height = w->height, .labels = w->cvd->labels,
                              .label_count = w->n + 1, .scale = 1 };
     double least = w->side * (w->size ? w->size_min : 1) / 3;
@@ -168,8 +168,8 @@ static pave_result shape(pave_context *context, const pv_work *w, pv_tess *tess)
     pv_assign_params assign = { block, 65, 35 };
     shaping s = { w, 0.12, 0.4 };
     int32_t step = (int32_t)(side / 8);
-    pv_realise_params draw = { block, 24, (int32_t)(side / 2), step, (int32_t)(least / 4), 0.05, pull, &s };
-    pv_realise_params settle = { block, 6, (int32_t)(side / 4), step, (int32_t)(least / 5), 0.3, NULL, NULL };
+    pv_realise_params draw = { block, 24, (int32_t)(side / 2), step, (int32_t)(least / 4), (int32_t)(least / 8), pull, &s };
+    pv_realise_params settle = { block, 6, (int32_t)(side / 4), step, (int32_t)(least / 5), (int32_t)(least / 8), NULL, NULL };
     pave_result result = pv_tess_collapse(context, tess, (int64_t)(least / 5), 4, 3);
     if (!result)
         result = pv_assign_flats(context, &assign, tess, 0.2, 0.3);
@@ -189,6 +189,19 @@ typedef struct cutting {
 
 enum { TASK = 64 };
 
+/* Sides move inwards; those of a tile hardly larger than the joint may miss each other: then its corners do. */
+static int32_t open_joint(pv_cell *tile, int32_t count, double way)
+{
+    pv_cell whole[PV_STONE_MOST];
+    memcpy(whole, tile, (size_t)count * sizeof *whole);
+    int32_t left = pv_stone_offset(tile, count, way);
+    if (left && pv_ring_contains(whole, count, tile, left))
+        return left;
+    memcpy(tile, whole, (size_t)count * sizeof *whole);
+    left = pv_stone_draw_in(tile, count, way);
+    return left && pv_ring_contains(whole, count, tile, left) ? left : 0;
+}
+
 static int32_t cut_tile(const cutting *c, int32_t face, pv_cell *out)
 {
     pv_cell ring[PV_STONE_MOST];
@@ -204,8 +217,7 @@ static int32_t cut_tile(const cutting *c, int32_t face, pv_cell *out)
     for (int32_t i = 0; i < count; i++)
         corner[i] = (uint8_t)pv_is_corner(tess, tess->first[face] + i);
     pv_stone_cell cell = { count, ring, corner };
-    int32_t kept = pv_stone_inscribe(&cell, 0.055, out);
-    return pv_stone_offset(out, kept, c->w->params->joint / 2 * c->w->side * PV_GRID);
+    return open_joint(out, pv_stone_inscribe(&cell, 0.055, out), c->w->params->joint / 2 * c->w->side * PV_GRID);
 }
 
 static void cut_tiles(void *data, int32_t task, int32_t worker)

@@ -149,8 +149,9 @@ static void take_path(matching *m, int32_t face, int32_t start)
 
 static void insert(matching *m, int32_t v, const int32_t *vertices, int64_t count)
 {
-    queue q = { .count = 0 };
+    queue q;
     int32_t target = -1, least = UNASSIGNED;
+    q.count = 0;
     reach_from(m, &q, v, -1, 0, least);
     for (int32_t i = 0; i < q.count; i++) {
         int32_t f = q.face[i];

@@ -20,6 +20,7 @@ typedef struct sketch {
     pv_outline *out;
     gate *gates; /* of the chain under way, and REACH before and after it */
     int32_t room, before, count, total;
+    double slide;
     int32_t *xy;
     int32_t path_room;
 } sketch;
@@ -225,6 +226,84 @@ static int32_t gates_around(const sketch *s, int32_t j, const int32_t *ways, gat
     return first;
 }
 
+/* A corner of the contour. */
+typedef struct bend {
+    int32_t gate;  /* it lies before */
+    int32_t right; /* it turns that way */
+    double sharp, x, y;
+} bend;
+
+/* A corner between gates i-1 and i of all: how sharp, and where. 0: none. */
+static double corner_before(const gate *g, int32_t count, int32_t i, bend *out)
+{
+    line a = { 0, 0, 0, 0 }, b = a;
+    if (i < 2 || i + 2 > count || (g[i].upright == g[i - 1].upright && (g[i].x == g[i - 1].x || g[i].y == g[i - 1].y)))
+        return 0;
+    int32_t back = line_from(g, count, i - 1, -1, &a), on = line_from(g, count, i, 1, &b);
+    double cosine = -(a.dx * b.dx + a.dy * b.dy), cross = a.dx * b.dy - a.dy * b.dx;
+    if (back < 2 || on < 2 || cosine > (back > 2 && on > 2 ? 0.85 : 0.5))
+        return 0;
+    /* the lattice point that both cracks end at */
+    double px = g[i].upright ? g[i].x : g[i - 1].upright ? g[i - 1].x : (g[i].x + g[i - 1].x) / 2;
+    double py = !g[i].upright ? g[i].y : !g[i - 1].upright ? g[i - 1].y : (g[i].y + g[i - 1].y) / 2;
+    double t = fabs(cross) > 1e-3 ? ((b.x - a.x) * b.dy - (b.y - a.y) * b.dx) / cross : 0;
+    int known = fabs(cross) > 1e-3;
+    *out = (bend){ i, cross < 0, (back + on) * (1 - cosine), known ? limit(a.x + t * a.dx, px - 0.7, px + 0.7) : px,
+                   known ? limit(a.y + t * a.dy, py - 0.7, py + 0.7) : py };
+    return out->sharp;
+}
+
+/* Is the joint at a junction on the left of the contour that comes from the second way and goes on by the first? */
+static int joint_is_left(const pv_net *net, int32_t j, const int32_t *ways)
+{
+    for (int32_t way = 0; way < PV_WAYS; way++)
+        if (net->exits[PV_WAYS * (int64_t)j + way] >= 0 && way != ways[0] && way != ways[1])
+            return ((way - ways[0]) & 7) < ((ways[1] - ways[0]) & 7);
+    return 0;
+}
+
+static double square(double x, double y)
+{
+    return x * x + y * y;
+}
+
+enum { NEAR = 1 }; /* px: no bend is so near to a junction */
+
+/* Is a corner, so many gates along a way from a junction, on the chain that begins there, and not nearer to its other
+ * end? */
+static int is_nearest(const sketch *s, int32_t j, int32_t way, int32_t gates, double far, const bend *b)
+{
+    const pv_net *net = s->net;
+    int32_t half = net->exits[PV_WAYS * (int64_t)j + way];
+    const pv_chain *c = &net->chain[half >> 1];
+    int32_t other = half & 1 ? c->from : c->to;
+    double x, y;
+    raw_place(s, net->x[other], net->y[other], &x, &y);
+    double far_too = square(b->x - x, b->y - y);
+    return gates * s->place->scale <= c->length && other != j && (far < far_too || (far == far_too && j < other));
+}
+
+/* The corner that a junction goes to: a near one where the joint would otherwise leave a stone with a dent, or one where
+ * it already is. */
+static int corner_near(const sketch *s, int32_t j, const int32_t *ways, const gate *g, int32_t count, int32_t middle,
+                       bend *out)
+{
+    int left = joint_is_left(s->net, j, ways);
+    double least = 1e300, x, y;
+    raw_place(s, s->net->x[j], s->net->y[j], &x, &y);
+    *out = (bend){ 0, 0, 0, x, y };
+    for (int32_t i = middle - REACH / 2; i <= middle + REACH / 2; i++) {
+        bend b;
+        if (i < 1 || i >= count || corner_before(g, count, i, &b) <= 0)
+            continue;
+        double far = square(b.x - x, b.y - y), most = b.right == left ? s->slide * s->slide : NEAR * NEAR;
+        int32_t way = ways[i <= middle], gates = i <= middle ? middle - i : i - middle;
+        if (far < most && far < least && is_nearest(s, j, way, gates, far, &b))
+            least = far, *out = b;
+    }
+    return least < 1e300;
+}
+
 static void place_inner(const sketch *s, int32_t j, const int32_t *ways, double *x, double *y)
 {
     gate g[2 * REACH + 2];
@@ -233,6 +312,12 @@ static void place_inner(const sketch *s, int32_t j, const int32_t *ways, double 
     line l;
     int32_t middle = gates_around(s, j, ways, g, &count, &between);
     double rx = *x, ry = *y;
+    bend corner;
+    if (corner_near(s, j, ways, g, count, middle, &corner)) {
+        *x = corner.x;
+        *y = corner.y;
+        return;
+    }
     if (line_at(g, count, middle, between, &l)) {
         project(&l, x, y);
         *x = limit(*x, rx - 0.5, rx + 0.5);
@@ -266,7 +351,7 @@ static void place_junction(const sketch *s, int32_t j)
     raw_place(s, x, y, &px, &py);
     for (int32_t way = 0; way < PV_WAYS; way++) {
         int32_t half = net->exits[PV_WAYS * (int64_t)j + way];
-        rough |= half >= 0 && s->out->rough[half >> 1];
+        rough |= half >= 0 && s->out->rough[half >> 1] > 1;
     }
     if (pinch >= 0) {
         px += (pinch == 1 || pinch == 7 ? 0.125 : -0.125) / scale;
@@ -285,10 +370,10 @@ static pave_result add_bend(sketch *s, int64_t *count, pv_cell p)
     pave_result result = PAVE_OK;
     if (*count == s->out->room) {
         int64_t room = 2 * s->out->room + 1024;
-        pv_cell *bend = pv_resize(s->context, s->out->bend, (size_t)s->out->room, (size_t)room, sizeof *bend, &result);
+        pv_cell *grown = pv_resize(s->context, s->out->bend, (size_t)s->out->room, (size_t)room, sizeof *grown, &result);
         if (result)
             return result;
-        s->out->bend = bend;
+        s->out->bend = grown;
         s->out->room = room;
     }
     s->out->bend[(*count)++] = p;
@@ -309,10 +394,11 @@ static pave_result read_path(sketch *s, const pv_chain *c)
     return result;
 }
 
-static pave_result add_rough(sketch *s, const pv_chain *c, int64_t *count)
+/* All points of the chain, or only its middle. */
+static pave_result add_rough(sketch *s, const pv_chain *c, int all, int64_t *count)
 {
     pave_result result = read_path(s, c);
-    for (int32_t i = 1; i < c->length && !result; i++) {
+    for (int32_t i = all ? 1 : c->length / 2; i < c->length && i && !result; i += all ? 1 : c->length) {
         double x, y;
         raw_place(s, s->xy[2 * i], s->xy[2 * i + 1], &x, &y);
         result = add_bend(s, count, to_grid(x, y));
@@ -370,33 +456,6 @@ static pave_result read_gates(sketch *s, const pv_chain *c)
     return PAVE_OK;
 }
 
-/* A corner between gates i-1 and i of all: how sharp, and where. 0: none. */
-static double corner_before(const gate *g, int32_t count, int32_t i, double *x, double *y)
-{
-    line a = { 0, 0, 0, 0 }, b = a;
-    if (i < 2 || i + 2 > count || (g[i].upright == g[i - 1].upright && (g[i].x == g[i - 1].x || g[i].y == g[i - 1].y)))
-        return 0;
-    int32_t back = line_from(g, count, i - 1, -1, &a), on = line_from(g, count, i, 1, &b);
-    double cosine = -(a.dx * b.dx + a.dy * b.dy), cross = a.dx * b.dy - a.dy * b.dx;
-    if (back < 2 || on < 2 || cosine > (back > 2 && on > 2 ? 0.85 : 0.5))
-        return 0;
-    /* the lattice point that both cracks end at */
-    double px = g[i].upright ? g[i].x : g[i - 1].upright ? g[i - 1].x : (g[i].x + g[i - 1].x) / 2;
-    double py = !g[i].upright ? g[i].y : !g[i - 1].upright ? g[i - 1].y : (g[i].y + g[i - 1].y) / 2;
-    double t = fabs(cross) > 1e-3 ? ((b.x - a.x) * b.dy - (b.y - a.y) * b.dx) / cross : 0;
-    *x = limit(a.x + t * a.dx, px - 0.7, px + 0.7);
-    *y = limit(a.y + t * a.dy, py - 0.7, py + 0.7);
-    if (fabs(cross) <= 1e-3)
-        *x = px, *y = py;
-    return (back + on) * (1 - cosine);
-}
-
-/* A corner of the contour. */
-typedef struct bend {
-    int32_t gate; /* it lies before */
-    double sharp, x, y;
-} bend;
-
 enum { APART = 3 };
 
 /* The next corner of the chain from gate `from` on, the sharpest around; 0 if there is none. */
@@ -404,9 +463,8 @@ static int next_corner(const sketch *s, int32_t from, bend *out)
 {
     out->sharp = 0;
     for (int32_t i = from + 1; i < s->before + s->count && (out->sharp <= 0 || i - out->gate < APART); i++) {
-        bend b = { i, 0, 0, 0 };
-        b.sharp = corner_before(s->gates, s->total, i, &b.x, &b.y);
-        if (b.sharp > out->sharp)
+        bend b = { 0, 0, 0, 0, 0 };
+        if (corner_before(s->gates, s->total, i, &b) > out->sharp)
             *out = b;
     }
     return out->sharp > 0;
@@ -417,11 +475,6 @@ typedef struct stretch {
     double ax, ay, bx, by;
     int32_t from, to; /* gates */
 } stretch;
-
-static double square(double x, double y)
-{
-    return x * x + y * y;
-}
 
 /* The gate that the straight way misses most, not right at an end; -1: it misses none. */
 static int32_t worst_gate(const sketch *s, const stretch *w)
@@ -459,20 +512,23 @@ static pave_result add_between(sketch *s, stretch w, int depth, int64_t *count)
 
 static pave_result add_contour(sketch *s, const pv_chain *c, int64_t *count)
 {
-    bend corner;
+    bend corner = { 0, 0, 0, 0, 0 };
     pave_result result = read_gates(s, c);
     if (result)
         return result;
     pv_cell p = s->out->junction[c->from], q = s->out->junction[c->to];
     stretch w = { (double)p.x / PV_GRID, (double)p.y / PV_GRID, 0, 0, s->before, 0 };
-    for (int32_t seen = w.from; !result && next_corner(s, seen, &corner); seen = w.from + APART - 1) {
+    double ex = (double)q.x / PV_GRID, ey = (double)q.y / PV_GRID;
+    for (int32_t seen = w.from; !result && next_corner(s, seen, &corner); seen = corner.gate + APART - 1) {
+        if (square(corner.x - w.ax, corner.y - w.ay) < NEAR || square(corner.x - ex, corner.y - ey) < NEAR)
+            continue;
         w.bx = corner.x, w.by = corner.y, w.to = corner.gate;
         result = add_between(s, w, 0, count);
         if (!result)
             result = add_bend(s, count, to_grid(corner.x, corner.y));
         w.ax = w.bx, w.ay = w.by, w.from = w.to;
     }
-    w.bx = (double)q.x / PV_GRID, w.by = (double)q.y / PV_GRID, w.to = s->before + s->count;
+    w.bx = ex, w.by = ey, w.to = s->before + s->count;
     return result ? result : add_between(s, w, 0, count);
 }
 
@@ -483,7 +539,7 @@ static int is_contour(const pv_pieces *p, const pv_chain *c)
 
 pave_result pv_outline_redraw(pave_context *context, const pv_net *net, const pv_tess_place *place, pv_outline *out)
 {
-    sketch s = { .context = context, .net = net, .place = place, .out = out };
+    sketch s = { .context = context, .net = net, .place = place, .out = out, .slide = place->slide };
     pave_result result = PAVE_OK;
     int64_t count = 0;
     for (int32_t j = 0; j < net->junction_count; j++)
@@ -491,7 +547,7 @@ pave_result pv_outline_redraw(pave_context *context, const pv_net *net, const pv
     for (int32_t c = 0; c < net->chain_count && !result; c++) {
         out->first[c] = count;
         if (out->rough[c])
-            result = add_rough(&s, &net->chain[c], &count);
+            result = add_rough(&s, &net->chain[c], out->rough[c] > 1, &count);
         else if (is_contour(net->pieces, &net->chain[c]))
             result = add_contour(&s, &net->chain[c], &count);
         if (!result && c % 4096 == 0)

@@ -10,7 +10,7 @@ typedef struct pv_outline {
     int64_t *first;    /* bends of chain c: bend[first[c]] .. bend[first[c + 1] - 1], from its start */
     pv_cell *bend;
     int64_t room;
-    uint8_t *rough;    /* chains that are kept crack by crack */
+    uint8_t *rough;    /* chains that have one bend in their middle: 1; that are kept crack by crack: 2 */
 } pv_outline;
 
 enum { PV_CONTOUR_REACH = 12 }; /* px along the contour that a place on it depends on */

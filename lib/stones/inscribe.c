@@ -207,14 +207,44 @@ static int32_t add_corners(const pv_stone_cell *cell, int32_t least, int32_t n, 
     return n;
 }
 
-int32_t pv_stone_inscribe(const pv_stone_cell *cell, double most_loss, pv_cell *out)
+/* A point a little inside the side from a to b, so much of its length from a. */
+static pv_cell point_along(pv_cell a, pv_cell b, double part)
+{
+    double dx = (double)b.x - a.x, dy = (double)b.y - a.y, length = length_of(a, b);
+    return (pv_cell){ (int32_t)floor(a.x + part * dx + 1.75 * dy / length + 0.5),
+                      (int32_t)floor(a.y + part * dy - 1.75 * dx / length + 0.5) };
+}
+
+/* A triangle gets a fourth corner: its sharpest tip, which would break off anyway, is cut. */
+static int32_t blunt(pv_cell *ring)
+{
+    int32_t sharpest = 0;
+    double least = 3;
+    for (int32_t i = 0; i < 3; i++) {
+        pv_cell a = ring[(i + 2) % 3], b = ring[i], c = ring[(i + 1) % 3];
+        double width = pv_corner_width(a.x, a.y, b.x, b.y, c.x, c.y);
+        if (width < least)
+            least = width, sharpest = i;
+    }
+    pv_cell a = ring[(sharpest + 2) % 3], b = ring[sharpest], c = ring[(sharpest + 1) % 3];
+    double far = length_of(a, b) < length_of(b, c) ? length_of(a, b) : length_of(b, c), way = far / 6;
+    pv_cell out[4] = { point_along(a, b, 1 - way / length_of(a, b)), point_along(b, c, way / length_of(b, c)), c, a };
+    for (int32_t k = 0; k < 4; k++)
+        if (pv_cell_turn(out[k], out[(k + 1) % 4], out[(k + 2) % 4]) <= 0 ||
+            length_of(out[k], out[(k + 1) % 4]) < LEAST_SIDE || pv_ring_area(ring, 3) <= 0)
+            return 3;
+    memcpy(ring, out, sizeof out);
+    return 4;
+}
+
+int32_t pv_stone_fit(const pv_stone_cell *cell, double most_loss, pv_cell *out)
 {
     pv_cell best[PV_STONE_SIDES], trial[PV_STONE_SIDES];
     int32_t at[PV_STONE_MOST], found = 0;
     if (cell->count > PV_STONE_MOST)
         return 0;
     int64_t area = pv_ring_area(cell->ring, cell->count), most = 0;
-    for (int32_t corners = 4; corners <= PV_STONE_SIDES && most < (int64_t)((1 - most_loss) * (double)area); corners++) {
+    for (int32_t corners = 4; corners <= PV_STONE_SIDES && (double)most < (1 - most_loss) * (double)area; corners++) {
         int32_t n = choose_corners(cell, corners, at);
         if (n < 4)
             n = add_corners(cell, 4, n, at);
@@ -226,10 +256,17 @@ int32_t pv_stone_inscribe(const pv_stone_cell *cell, double most_loss, pv_cell *
             memcpy(best, trial, sizeof best);
         }
     }
-    if (most >= (int64_t)((1 - 2 * most_loss) * (double)area)) {
-        memcpy(out, best, sizeof best);
+    if ((double)most < (1 - 2 * most_loss) * (double)area)
+        return 0;
+    memcpy(out, best, sizeof best);
+    return found == 3 ? blunt(out) : found;
+}
+
+int32_t pv_stone_inscribe(const pv_stone_cell *cell, double most_loss, pv_cell *out)
+{
+    int32_t found = pv_stone_fit(cell, most_loss, out);
+    if (found || cell->count > PV_STONE_MOST)
         return found;
-    }
     memcpy(out, cell->ring, (size_t)cell->count * sizeof *out);
     return cell->count;
 }

@@ -112,7 +112,7 @@ static pave_result assemble(pave_context *context, const pv_net *net, const pv_o
     return set_rings(context, net, outline, out);
 }
 
-/* Makes all chains of invalid faces rough; tells how many were not so yet. */
+/* Makes all chains of invalid faces rougher; tells how many were not as rough as can be. */
 static pave_result find_crossings(pave_context *context, const pv_net *net, const pv_tess *tess, pv_outline *outline,
                                   int64_t *found)
 {
@@ -127,9 +127,9 @@ static pave_result find_crossings(pave_context *context, const pv_net *net, cons
     *found = 0;
     for (int32_t c = 0; c < net->chain_count && !result; c++) {
         const pv_chain *k = &net->chain[c];
-        if (outline->rough[c] || !((k->left >= 0 && bad[k->left]) || (k->right >= 0 && bad[k->right])))
+        if (outline->rough[c] > 1 || !((k->left >= 0 && bad[k->left]) || (k->right >= 0 && bad[k->right])))
             continue;
-        outline->rough[c] = 1;
+        outline->rough[c]++;
         ++*found;
     }
     pv_release(bad);

@@ -26,14 +26,13 @@ static int32_t run_end(const work *w, int32_t y, int64_t r)
 
 static void expand_colours(const pv_label_image *image, int32_t y, uint8_t *row)
 {
-    const uint8_t *from = image->colours + (int64_t)(y / image->scale) * image->colour_width;
-    if (image->scale == 1) {
-        memcpy(row, from, (size_t)image->width);
-        return;
+    const uint8_t *from = image->colours + (int64_t)((y + image->colour_y) / image->scale) * image->colour_width;
+    int32_t at = image->colour_x / image->scale, left = image->scale - image->colour_x % image->scale;
+    for (int32_t x = 0; x < image->width; x++) {
+        row[x] = from[at];
+        if (!--left)
+            at++, left = image->scale;
     }
-    for (int32_t x = 0, at = 0; x < image->width; at++)
-        for (int32_t k = 0; k < image->scale && x < image->width; k++)
-            row[x++] = from[at];
 }
 
 /* The runs of a row; only counted if `out` is NULL. */

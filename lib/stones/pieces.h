@@ -10,6 +10,7 @@ typedef struct pv_label_image {
     int32_t label_count;
     const uint8_t *colours; /* NULL: all of one colour */
     int32_t colour_width;   /* of a row of colours */
+    int32_t colour_x, colour_y; /* of the first label's pixel among the colours, in pixels of labels */
     int32_t scale;          /* pixels of labels to one of colours, along a side */
 } pv_label_image;
 

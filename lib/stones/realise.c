@@ -4,6 +4,7 @@
 #include "stones/assign.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 static int64_t corner_from(const pv_tess *tess, int64_t place, int on)
@@ -90,7 +91,10 @@ int pv_tess_fits(const pv_tess *tess, int32_t vertex, pv_cell there)
 typedef struct realising {
     pv_tess *tess;
     pv_cell *origin;
-    const pv_realise_params *params;
+    uint8_t *stirred; /* of faces: the last round, from 1, in which a vertex of it moved */
+    int32_t rounds, reach, step, apart, least;
+    pv_pull *pull;
+    const void *user;
 } realising;
 
 static int32_t limited(double v, int32_t origin, int32_t reach)
@@ -100,10 +104,20 @@ static int32_t limited(double v, int32_t origin, int32_t reach)
     return (int32_t)floor(v + 0.5);
 }
 
-static void gather(const pv_tess *tess, int32_t v, pv_equations *e)
+/* Sides that are too short push their ends apart. */
+static void keep_apart(const pv_tess *tess, int64_t place, double least, pv_equations *e)
+{
+    pv_cell v = tess->at[tess->corner[place]], w = tess->at[tess->corner[pv_tess_next(tess, place)]];
+    double dx = (double)v.x - w.x, dy = (double)v.y - w.y, length = sqrt(dx * dx + dy * dy);
+    if (length < least && length > 0)
+        pv_add_equation(e, 1, dx / length, dy / length, length - least);
+}
+
+static void gather(const pv_tess *tess, int32_t v, double least, pv_equations *e)
 {
     for (int64_t s = tess->star[v]; s < tess->star[v + 1]; s++) {
         int64_t place = tess->spoke[s];
+        keep_apart(tess, place, least, e);
         if (tess->flat[v] == tess->face_of[place]) {
             own_line(tess, place, e);
             continue;
@@ -124,7 +138,7 @@ static int64_t square_to(const pv_tess *tess, int64_t place, pv_cell p)
 static int gets_short(const realising *r, int32_t v, pv_cell there)
 {
     const pv_tess *tess = r->tess;
-    int64_t least = (int64_t)r->params->least * r->params->least;
+    int64_t least = (int64_t)r->least * r->least;
     for (int64_t s = tess->star[v]; s < tess->star[v + 1]; s++) {
         int64_t next = pv_tess_next(tess, tess->spoke[s]), now = square_to(tess, next, there);
         if (now < least && now < square_to(tess, next, tess->at[v]))
@@ -133,25 +147,44 @@ static int gets_short(const realising *r, int32_t v, pv_cell there)
     return 0;
 }
 
-static void relax_vertex(const realising *r, int32_t v)
+enum { STILL = 4 }; /* grid units that are not worth a move */
+
+static void stir(const realising *r, int32_t v, uint8_t round)
+{
+    for (int64_t s = r->tess->star[v]; s < r->tess->star[v + 1]; s++)
+        r->stirred[r->tess->face_of[r->tess->spoke[s]]] = round;
+}
+
+/* Has anything moved around a vertex since its last turn? */
+static int is_stirred(const realising *r, int32_t v, uint8_t round)
+{
+    for (int64_t s = r->tess->star[v]; s < r->tess->star[v + 1]; s++)
+        if (r->stirred[r->tess->face_of[r->tess->spoke[s]]] + 1 >= round)
+            return 1;
+    return 0;
+}
+
+/* `stiff`: how much it costs to move at all, which keeps the first rounds near where all was. */
+static void relax_vertex(const realising *r, int32_t v, double stiff, uint8_t round)
 {
     pv_tess *tess = r->tess;
-    pv_equations e = { r->params->stay, 0, r->params->stay, 0, 0 };
-    gather(tess, v, &e);
-    if (r->params->pull)
-        r->params->pull(r->params->user, tess, v, &e);
+    pv_equations e = { stiff, 0, stiff, 0, 0 };
+    gather(tess, v, r->apart, &e);
+    if (r->pull)
+        r->pull(r->user, tess, v, &e);
     double det = e.xx * e.yy - e.xy * e.xy;
     double dx = (e.yy * e.bx - e.xy * e.by) / det, dy = (e.xx * e.by - e.xy * e.bx) / det;
-    double way = sqrt(dx * dx + dy * dy), shorter = way > r->params->step ? r->params->step / way : 1;
+    double way = 1.5 * sqrt(dx * dx + dy * dy), shorter = 1.5 * (way > r->step ? r->step / way : 1);
     dx *= shorter, dy *= shorter;
     pv_cell here = tess->at[v];
     for (int halving = 0; halving < 3; halving++, dx /= 2, dy /= 2) {
-        pv_cell there = { limited(here.x + dx, r->origin[v].x, r->params->reach), limited(here.y + dy, r->origin[v].y, r->params->reach) };
-        if (there.x == here.x && there.y == here.y)
+        pv_cell there = { limited(here.x + dx, r->origin[v].x, r->reach), limited(here.y + dy, r->origin[v].y, r->reach) };
+        if (abs(there.x - here.x) + abs(there.y - here.y) < STILL)
             return;
         if (gets_short(r, v, there) || !pv_tess_fits(tess, v, there))
             continue;
         tess->at[v] = there;
+        stir(r, v, round);
         return;
     }
 }
@@ -159,26 +192,37 @@ static void relax_vertex(const realising *r, int32_t v)
 static void relax_block(void *data, const int32_t *vertices, int64_t count)
 {
     const realising *r = data;
-    for (int32_t round = 0; round < r->params->rounds; round++)
+    for (int64_t i = 0; i < count; i++)
+        stir(r, vertices[i], 0);
+    for (int32_t round = 0; round < r->rounds; round++) {
+        double t = (double)round / r->rounds, stiff = (1 - t) * (1 - t) * (1 - t) + 0.02;
         for (int64_t i = 0; i < count; i++)
-            if (!(r->tess->kind[vertices[i]] & (PV_BORDER | PV_CONTOUR)))
-                relax_vertex(r, vertices[i]);
+            if (!(r->tess->kind[vertices[i]] & (PV_BORDER | PV_CONTOUR)) &&
+                is_stirred(r, vertices[i], (uint8_t)(round + 1)))
+                relax_vertex(r, vertices[i], stiff, (uint8_t)(round + 1));
+    }
 }
 
 pave_result pv_realise_flats(pave_context *context, const pv_realise_params *params, pv_tess *tess, double from,
                              double to)
 {
-    pv_blocks blocks = { 0, 0, NULL, NULL };
-    realising r = { tess, NULL, params };
+    realising r = { tess, NULL, NULL, params->rounds, params->reach, params->step, params->apart,
+                    params->least, params->pull, params->user };
     pave_result result = PAVE_OK;
     r.origin = pv_allocate(context, (size_t)tess->vertex_count, sizeof *r.origin, &result);
-    if (!result) {
-        memcpy(r.origin, tess->at, (size_t)tess->vertex_count * sizeof *r.origin);
-        result = pv_blocks_build(context, tess, params->block, 0, &blocks);
-    }
     if (!result)
-        result = pv_blocks_run(context, &blocks, relax_block, &r, from, to);
-    pv_blocks_free(&blocks);
+        r.stirred = pv_allocate(context, (size_t)tess->face_count, 1, &result);
+    if (!result)
+        memcpy(r.origin, tess->at, (size_t)tess->vertex_count * sizeof *r.origin);
+    for (int sweep = 0; sweep < 2 && !result; sweep++) {
+        pv_blocks blocks;
+        result = pv_blocks_build(context, tess, params->block, sweep, &blocks);
+        if (!result)
+            result = pv_blocks_run(context, &blocks, relax_block, &r, from + (to - from) * sweep / 2,
+                                   from + (to - from) * (sweep + 1) / 2);
+        pv_blocks_free(&blocks);
+    }
+    pv_release(r.stirred);
     pv_release(r.origin);
     return result;
 }

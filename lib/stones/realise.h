@@ -3,7 +3,7 @@
 
 #include "stones/blocks.h"
 
-/* Moves inner vertices, one after the other in blocks, `rounds` times, to where the flat ones among them and their
+/* Moves inner vertices, one after the other in blocks, `rounds` times in each of two sweeps, to where the flat ones among them and their
  * neighbours lie on the lines between corners as nearly as can be; none farther than `reach` in x or y from where it was,
  * and none so that a face would not be simple any more. Contour and border stay. */
 typedef struct pv_equations {
@@ -28,8 +28,8 @@ typedef struct pv_realise_params {
     int32_t rounds;
     int32_t reach; /* grid units */
     int32_t step;  /* farthest in one round, grid units */
-    int32_t least; /* sides do not become shorter than this, grid units */
-    double stay;   /* weight of staying in a round, against 1 of a line */
+    int32_t apart; /* sides shorter than this push their ends apart, */
+    int32_t least; /* and do not become shorter than this, grid units */
     pv_pull *pull; /* NULL: nothing */
     const void *user;
 } pv_realise_params;

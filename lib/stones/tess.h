@@ -31,9 +31,11 @@ typedef struct pv_tess {
     uint8_t *colour;
 } pv_tess;
 
-/* Where a raster lies in the plane: its pixel (0, 0) has the corner (x, y), in pixels of which `scale` make one px. */
+/* Where a raster lies in the plane: its pixel (0, 0) has the corner (x, y), in pixels of which `scale` make one px. Joints
+ * slide along the contour to corners that are nearer than `slide` px. */
 typedef struct pv_tess_place {
     int32_t x, y, scale;
+    double slide;
 } pv_tess_place;
 
 static inline int32_t pv_tess_size(const pv_tess *tess, int32_t face)

@@ -64,18 +64,27 @@ static int folds_back(pv_cell a, pv_cell b, pv_cell c)
     return pv_cell_turn(a, b, c) == 0 && along >= 0;
 }
 
+/* Does the side from corner i touch others but its neighbours? Those wholly on one side of its line are soon passed. */
+static int side_is_clear(const pv_cell *ring, int32_t count, int32_t i)
+{
+    int32_t j = i + 1 < count ? i + 1 : 0, m = j + 1 < count ? j + 1 : 0;
+    int64_t turn = pv_cell_turn(ring[i], ring[j], ring[m]);
+    for (int32_t n = m + 1 < count ? m + 1 : 0; n != i; m = n, n = n + 1 < count ? n + 1 : 0) {
+        int64_t next = pv_cell_turn(ring[i], ring[j], ring[n]);
+        if (!((turn > 0 && next > 0) || (turn < 0 && next < 0)) && sides_touch(ring[i], ring[j], ring[m], ring[n]))
+            return 0;
+        turn = next;
+    }
+    return 1;
+}
+
 int pv_ring_valid(const pv_cell *ring, int32_t count)
 {
     if (count < 3 || pv_ring_area(ring, count) <= 0)
         return 0;
-    for (int32_t i = 0; i < count; i++) {
-        pv_cell a = ring[i], b = ring[(i + 1) % count];
-        if (folds_back(a, b, ring[(i + 2) % count]))
+    for (int32_t i = 0; i < count; i++)
+        if (folds_back(ring[i], ring[(i + 1) % count], ring[(i + 2) % count]) || !side_is_clear(ring, count, i))
             return 0;
-        for (int32_t j = i + 2; j < count; j++)
-            if ((j + 1) % count != i && sides_touch(a, b, ring[j], ring[(j + 1) % count]))
-                return 0;
-    }
     return 1;
 }
 
@@ -83,18 +92,11 @@ int pv_ring_valid_at(const pv_cell *ring, int32_t count, int32_t at)
 {
     if (count < 3 || pv_ring_area(ring, count) <= 0)
         return 0;
-    for (int32_t k = 0; k < 2; k++) {
-        int32_t i = (at + count - 1 + k) % count, j = (i + 1) % count;
-        pv_cell before = ring[(i + count - 1) % count], a = ring[i], b = ring[j], after = ring[(j + 1) % count];
-        if (folds_back(before, a, b) || folds_back(a, b, after))
-            return 0;
-        for (int32_t m = 0; m < count; m++) {
-            int32_t n = m + 1 < count ? m + 1 : 0;
-            if (m != i && m != j && n != i && sides_touch(a, b, ring[m], ring[n]))
-                return 0;
-        }
-    }
-    return 1;
+    int32_t before = at ? at - 1 : count - 1, first = before ? before - 1 : count - 1;
+    int32_t after = at + 1 < count ? at + 1 : 0, last = after + 1 < count ? after + 1 : 0;
+    return !folds_back(ring[first], ring[before], ring[at]) && !folds_back(ring[before], ring[at], ring[after]) &&
+           !folds_back(ring[at], ring[after], ring[last]) && side_is_clear(ring, count, before) &&
+           side_is_clear(ring, count, at);
 }
 
 static int by_place(const void *a, const void *b)

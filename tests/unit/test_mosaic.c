@@ -347,7 +347,7 @@ static void colours_differ_as_published(void **state)
     for (int i = 0; i < 3; i++)
         assert_true(fabs(pv_ciede2000(pairs[i], pairs[i] + 3) - pairs[i][6]) < 1e-4);
     for (int v = 0; v < 256; v++)
-        assert_int_equal(pv_display_of(pv_light_of(v / 255.0)), v);
+        assert_int_equal(pv_tile_code(pv_tile_light(v / 255.0)), v);
 }
 
 int main(void)

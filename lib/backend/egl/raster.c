@@ -106,6 +106,14 @@ static void take(const job *j, int32_t ty, int32_t from, int32_t to, pv_sum *sum
     }
 }
 
+/* How far a pixel of a proven CPU tile can be from its site, if the tile counts. */
+static int32_t distance_in(const job *j, int32_t tx, int32_t ty)
+{
+    const pv_gl_tile *t = j->t;
+    int counts = pv_watched(j->r->cpu, t->x + tx * PV_TILE, t->y + ty * PV_TILE);
+    return counts ? pv_cpu_range(j->r->cpu, 256 * j->r->worst[ty * cpu_tiles(t->width) + tx]) : 0;
+}
+
 /* Takes over what is proven of a row of CPU tiles, and labels the rest. */
 static void collect_task(void *data, int32_t ty, int32_t worker)
 {
@@ -120,12 +128,13 @@ static void collect_task(void *data, int32_t ty, int32_t worker)
         end = tx + 1;
         if (worst[tx] > margin) {
             int32_t x = t->x + tx * PV_TILE, y = t->y + ty * PV_TILE;
-            radius = pv_gl_max(radius, pv_label_tile_portable(cpu, x, y, sums, j->labels));
+            int32_t here = pv_label_tile_portable(cpu, x, y, sums, j->labels);
+            radius = pv_watched(cpu, x, y) ? pv_gl_max(radius, here) : radius;
             continue;
         }
-        radius = pv_gl_max(radius, pv_cpu_range(cpu, 256 * worst[tx]));
+        radius = pv_gl_max(radius, distance_in(j, tx, ty));
         for (; end < across && worst[end] <= margin; end++)
-            radius = pv_gl_max(radius, pv_cpu_range(cpu, 256 * worst[end]));
+            radius = pv_gl_max(radius, distance_in(j, end, ty));
         take(j, ty, tx * PV_TILE, pv_gl_min(end * PV_TILE, t->width), sums);
     }
     pv_raise(&j->r->radius, radius);
@@ -211,6 +220,7 @@ static pave_result gles_step(pave_context *context, void *engine, int32_t iterat
 {
     pv_gl_raster *r = engine;
     double middle = from + 0.9 * (to - from);
+    pv_cpu_watch(r->cpu, out->deep);
     pave_result result = label_all(context, r, NULL, from, middle);
     out->radius = atomic_load(&r->radius);
     return result ? result : pv_cpu_relax(context, r->cpu, iteration, middle, to, out);
