@@ -44,13 +44,16 @@ typedef struct lay_options {
 
 void lay_options_init(lay_options *options);
 
-/* An option that names a file. */
-typedef struct cli_file {
-    const char *name, *help;
-    const char **value;
-} cli_file;
-
 enum { MOST_FILES = 16 };
+
+/* A file, or more, that a verb takes by an option of its own. */
+typedef struct cli_named {
+    const char *usage; /* "guide FILE" */
+    const char *help;
+    int most;
+    const char *value[MOST_FILES];
+    int count;
+} cli_named;
 
 /* A verb's command line, taken apart. */
 typedef struct cli_command {
@@ -62,12 +65,12 @@ typedef struct cli_command {
     int inputs;          /* how many it needs; -1: any number but 0 */
     const cli_group *groups;
     int group_count;
+    cli_named *named;
+    int named_count;
     char **input; /* within argv */
     const char *output[MOST_FILES];
     int input_count, output_count;
     int wants_json, quiet;
-    const cli_file *files; /* options that name a file */
-    int file_count;
     int plans, shards;     /* the verb knows --manifest; and --shard */
     const char *manifest, *shard;
 } cli_command;
@@ -99,3 +102,4 @@ int merge_main(int argc, char **argv);
 int mosaic_main(int argc, char **argv);
 int plan_main(int argc, char **argv);
 int measure_main(int argc, char **argv);
+int tile_main(int argc, char **argv);

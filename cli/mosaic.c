@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_COLOURS = 4096, GROUPS = 3 };
+enum { MOST_COLOURS = 4096, GROUPS = 3, NAMED = 4 };
 
 /* What is read from files beside the photo. */
 typedef struct extras {
@@ -133,11 +133,11 @@ int mosaic_main(int argc, char **argv)
     const cli_group groups[GROUPS] = { { "Mosaic", PAVE_PARAMS_MOSAIC, &params },
                                        { "Machine", PAVE_PARAMS_CONTEXT, &machine },
                                        { "Limits", PAVE_PARAMS_LIMITS, &limits } };
-    const cli_file files[] = {
-        { "edges", "curves.svg or a mask of lines that tiles follow; auto [found in the photo]", &x.edges },
-        { "directions", "the field itself, as an image: x and y of a vector", &x.directions },
-        { "sizes", "image of relative sides or regions; see --size-from", &x.sizes },
-        { "palette", "colours in stock, a line each: #rrggbb, and their number", &x.palette },
+    cli_named named[NAMED] = {
+        { .usage = "edges FILE", .help = "curves.svg or a mask of lines that tiles follow; auto [found in the photo]" },
+        { .usage = "directions FILE", .help = "the field itself, as an image: x and y of a vector" },
+        { .usage = "sizes FILE", .help = "image of relative sides or regions; see --size-from" },
+        { .usage = "palette FILE", .help = "colours in stock, a line each: #rrggbb, and their number" },
     };
     cli_command command = {
         .verb = "mosaic",
@@ -146,17 +146,23 @@ int mosaic_main(int argc, char **argv)
         .outputs = "write mosaic.svg, a picture.png or a report.json; repeatable; - is stdout, as SVG",
         .json = "write the report to stdout",
         .inputs = 1,
-        .files = files,
-        .file_count = sizeof files / sizeof *files,
+        .named = named,
+        .named_count = NAMED,
         .groups = groups,
         .group_count = GROUPS,
     };
     machine.limits = &limits;
+    for (int i = 0; i < NAMED; i++)
+        named[i].most = 1;
     int status = read_command(&command, argc, argv);
     if (!status)
         status = check_outputs(&command);
     if (status)
         return status < 0 ? EXIT_FINE : status;
+    x.edges = named[0].value[0];
+    x.directions = named[1].value[0];
+    x.sizes = named[2].value[0];
+    x.palette = named[3].value[0];
     pave_context *context = start(&command, &machine);
     if (!context)
         return EXIT_USAGE;

@@ -128,11 +128,13 @@ static void print_option(const pave_param *param)
     const char *value = param->type == PAVE_PARAM_FLAG     ? ""
                         : param->type == PAVE_PARAM_WINDOW ? " X,Y,W,H"
                         : param->type == PAVE_PARAM_PALETTE ? " LIST"
+                        : param->type == PAVE_PARAM_EXTENT ? " WxH"
                         : param->choices                   ? " NAME"
                                                            : " N";
     snprintf(left, sizeof left, "--%s%s", name, value);
     printf("  %-28s %s", left, param->help);
-    if (param->type != PAVE_PARAM_FLAG && param->type != PAVE_PARAM_WINDOW && param->type != PAVE_PARAM_PALETTE)
+    if (param->type != PAVE_PARAM_FLAG && param->type != PAVE_PARAM_WINDOW && param->type != PAVE_PARAM_PALETTE &&
+        param->type != PAVE_PARAM_EXTENT)
         print_range(param);
     if (param->choices)
         printf("\n  %-28s %s", "", param->choices);
@@ -146,13 +148,12 @@ static void print_help(const cli_command *command)
         printf("\n  -o FILE, --output FILE       %s\n", command->outputs);
     if (command->json)
         printf("  --json                       %s\n", command->json);
-    for (int i = 0; i < command->file_count; i++)
-        printf("  --%s FILE%*s %s\n", command->files[i].name, 21 - (int)strlen(command->files[i].name), "",
-               command->files[i].help);
     if (command->plans && !command->shards)
         printf("  --manifest FILE              all windows of a plan made by pave plan, instead of PART.stones ...\n");
     if (command->shards)
         printf("  --manifest FILE --shard N    lay one window of a plan made by pave plan, instead of DRAWING\n");
+    for (int i = 0; i < command->named_count; i++)
+        printf("  --%-26s %s\n", command->named[i].usage, command->named[i].help);
     printf("  -q, --quiet                  no progress, no notes\n  -h, --help                   this help\n");
     for (int g = 0; g < command->group_count; g++) {
         printf("\n%s\n", command->groups[g].title);
@@ -183,8 +184,6 @@ static int unknown_option(const cli_command *command, const char *typed)
     static char store[MOST_NAMES][NAME];
     const char *names[MOST_NAMES] = { "help", "quiet", "output", "json" };
     int count = 4;
-    for (int i = 0; i < command->file_count; i++)
-        names[count++] = command->files[i].name;
     for (int g = 0; g < command->group_count; g++)
         for (int32_t i = 0; i < pave_params_count(command->groups[g].table) && count < MOST_NAMES; i++) {
             pave_param param;
@@ -258,18 +257,26 @@ static int add_output(cli_command *command, const char *path)
     return EXIT_FINE;
 }
 
-/* Sets an option that names a file, "--name file" or "--name=file"; tells how many words it took, 0: it is none. */
-static int set_file(const cli_command *command, int left, char **words)
+/* "--name FILE" or "--name=FILE" of the files that a verb takes by name; 0 if it is none of them. */
+static int add_named(cli_command *command, int left, char **words, int *used, int *status)
 {
-    for (int i = 0; i < command->file_count; i++) {
-        size_t length = strlen(command->files[i].name);
-        if (strncmp(words[0], "--", 2) || strncmp(words[0] + 2, command->files[i].name, length))
+    for (int i = 0; i < command->named_count; i++) {
+        cli_named *named = &command->named[i];
+        size_t length = strcspn(named->usage, " ");
+        if (strncmp(words[0], "--", 2) || strncmp(words[0] + 2, named->usage, length))
             continue;
-        int joined = words[0][2 + length] == '=';
-        if (!joined && (words[0][2 + length] || left < 2))
+        const char *rest = words[0] + 2 + length;
+        if (*rest && *rest != '=')
             continue;
-        *command->files[i].value = joined ? words[0] + 3 + length : words[1];
-        return 2 - joined;
+        *status = EXIT_USAGE;
+        if (named->count == named->most)
+            complain(command, "--%.*s is given too often", (int)length, named->usage);
+        else if (!*rest && left < 2)
+            complain(command, "--%.*s needs a value", (int)length, named->usage);
+        else
+            named->value[named->count++] = *rest ? rest + 1 : words[1], *status = EXIT_FINE;
+        *used = *rest ? 1 : 2;
+        return 1;
     }
     return 0;
 }
@@ -304,8 +311,8 @@ static int read_words(cli_command *command, pave_context *tables, int argc, char
             command->manifest = argv[i + (used = 2) - 1];
         else if (command->shards && i + 1 < argc && !strcmp(argv[i], "--shard"))
             command->shard = argv[i + (used = 2) - 1];
-        else if (set_file(command, argc - i, argv + i))
-            used = set_file(command, argc - i, argv + i);
+        else if (add_named(command, argc - i, argv + i, &used, &status))
+            continue;
         else if (argv[i][1] == '-')
             status = set_option(command, tables, argc - i, argv + i, &used);
         else

@@ -5,6 +5,7 @@
 #include "image/bitmap.h"
 #include "mosaic/mosaic.h"
 #include "stones/stones.h"
+#include "tiling/tiling.h"
 
 #include <pave/pave.h>
 
@@ -33,6 +34,7 @@ static const pv_table *find_table(int32_t table)
     case PAVE_PARAMS_PALETTE: return &pv_palette_table;
     case PAVE_PARAMS_MEASURE: return &pv_measure_table;
     case PAVE_PARAMS_MOSAIC: return &pv_mosaic_table;
+    case PAVE_PARAMS_TILING: return &pv_tiling_table;
     default: return NULL;
     }
 }

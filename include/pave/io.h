@@ -4,6 +4,7 @@
 #define PAVE_IO_H
 
 #include <pave/stones.h>
+#include <pave/tiling.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -44,6 +45,11 @@ PAVE_API pave_result pave_stones_merge(pave_context *context, const char *const 
 /* Writes measures of stones as "json", or as "text": lines for people, which NULL means too. */
 PAVE_API pave_result pave_stones_measures_write(pave_context *context, const pave_stones_measures *measures,
                                                 const char *path, const char *format);
+
+/* Writes a tiling's report, as JSON: its parameters, what was measured (unless NULL), and, for a set of Wang tiles,
+ * where each lies and the colours of its edges. The path "-" is standard output. */
+PAVE_API pave_result pave_tiling_write(pave_context *context, const pave_tiling *tiling,
+                                       const pave_tiling_measure *measure, const char *path);
 
 /* The format that pave_stones_write would choose for a path; NULL if there is none. Never fails. Any thread. */
 PAVE_API const char *pave_stones_format(const char *path);

@@ -20,6 +20,7 @@ enum {
     PAVE_PARAMS_STREAM = 7,    /* pave_stream_params */
     PAVE_PARAMS_PALETTE = 30,  /* pave_palette_params */
     PAVE_PARAMS_MEASURE = 31,  /* pave_stones_measure_params */
+    PAVE_PARAMS_TILING = 12,   /* pave_tiling_params */
     PAVE_PARAMS_MOSAIC = 40    /* pave_mosaic_params */
 };
 
@@ -32,7 +33,8 @@ enum {
     PAVE_PARAM_FLAG = 5,    /* int32_t, 0 or 1 */
     PAVE_PARAM_CHOICE = 6,  /* int32_t, an index into `choices` */
     PAVE_PARAM_WINDOW = 7,  /* int32_t[4], as text "X,Y,WIDTH,HEIGHT" */
-    PAVE_PARAM_PALETTE = 9  /* pave_palette, as text "#rrggbb,#rrggbb" with commas or white space between */
+    PAVE_PARAM_PALETTE = 9, /* pave_palette, as text "#rrggbb,#rrggbb" with commas or white space between */
+    PAVE_PARAM_EXTENT = 10  /* int32_t[2], as text "WIDTHxHEIGHT" */
 };
 
 /* Some colours. */

@@ -10,6 +10,7 @@
 #include <pave/cvd.h>
 #include <pave/stones.h>
 #include <pave/mosaic.h>
+#include <pave/tiling.h>
 #include <pave/io.h>
 
 #ifdef __cplusplus

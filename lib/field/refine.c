@@ -26,7 +26,8 @@ static void refine_row(void *data, int32_t y, int32_t worker)
     const pave_field *from = r->from;
     int32_t top, bottom, left, right;
     double v = between(y, r->scale, from->height, from->wraps, &top, &bottom);
-    const float *up = from->distance + (int64_t)top * from->width, *down = from->distance + (int64_t)bottom * from->width;
+    const float *up = from->distance + (int64_t)top * from->width;
+    const float *down = from->distance + (int64_t)bottom * from->width;
     float *out = r->to->distance + (int64_t)y * r->to->width;
     (void)worker;
     for (int32_t x = 0; x < r->to->width; x++) {

@@ -214,6 +214,8 @@ static void add_report(pave_report *sum, const pave_report *part)
     sum->stones += part->stones;
     sum->lost += part->lost;
     sum->repaired += part->repaired;
+    sum->vanished += part->vanished;
+    sum->reduced += part->reduced;
     add_counts(sum->corners_before, part->corners_before, PAVE_REPORT_BINS);
     add_counts(sum->corners_after, part->corners_after, PAVE_REPORT_BINS);
     add_counts(sum->areas, part->areas, PAVE_REPORT_BINS);

@@ -78,6 +78,8 @@ static void put_report(pv_json *json, const pave_report *report)
     pv_json_whole(json, "stones", report->stones);
     pv_json_whole(json, "lost", report->lost);
     pv_json_whole(json, "repaired", report->repaired);
+    pv_json_whole(json, "vanished", report->vanished);
+    pv_json_whole(json, "reduced", report->reduced);
     pv_json_corners(json, "corners_before", report->corners_before);
     pv_json_corners(json, "corners_after", report->corners_after);
     pv_json_number(json, "quads", report->stones ? (double)report->corners_after[4] / report->stones : 0);

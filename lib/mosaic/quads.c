@@ -189,17 +189,38 @@ typedef struct cutting {
 
 enum { TASK = 64 };
 
+/* Is every corner of a tile within the ring that it is made of, or on it, and the tile in order? */
+static int lies_within(const pv_cell *ring, int32_t count, const pv_cell *tile, int32_t corners)
+{
+    if (corners < 3 || !pv_ring_valid(tile, corners))
+        return 0;
+    for (int32_t i = 0; i < corners; i++) {
+        int inside = 0, on = 0;
+        for (int32_t k = 0; k < count; k++) {
+            pv_cell a = ring[k], b = ring[k + 1 < count ? k + 1 : 0], p = tile[i];
+            int64_t turn = pv_cell_turn(a, b, p);
+            on |= !turn && (p.x - (int64_t)a.x) * (p.x - (int64_t)b.x) <= 0 &&
+                  (p.y - (int64_t)a.y) * (p.y - (int64_t)b.y) <= 0;
+            if ((a.y > p.y) != (b.y > p.y) && (turn > 0) == (b.y < a.y))
+                inside = !inside;
+        }
+        if (!inside && !on)
+            return 0;
+    }
+    return 1;
+}
+
 /* Sides move inwards; those of a tile hardly larger than the joint may miss each other: then its corners do. */
 static int32_t open_joint(pv_cell *tile, int32_t count, double way)
 {
     pv_cell whole[PV_STONE_MOST];
     memcpy(whole, tile, (size_t)count * sizeof *whole);
     int32_t left = pv_stone_offset(tile, count, way);
-    if (left && pv_ring_contains(whole, count, tile, left))
+    if (lies_within(whole, count, tile, left))
         return left;
     memcpy(tile, whole, (size_t)count * sizeof *whole);
     left = pv_stone_draw_in(tile, count, way);
-    return left && pv_ring_contains(whole, count, tile, left) ? left : 0;
+    return lies_within(whole, count, tile, left) ? left : 0;
 }
 
 static int32_t cut_tile(const cutting *c, int32_t face, pv_cell *out)
@@ -217,7 +238,12 @@ static int32_t cut_tile(const cutting *c, int32_t face, pv_cell *out)
     for (int32_t i = 0; i < count; i++)
         corner[i] = (uint8_t)pv_is_corner(tess, tess->first[face] + i);
     pv_stone_cell cell = { count, ring, corner };
-    return open_joint(out, pv_stone_inscribe(&cell, 0.055, out), c->w->params->joint / 2 * c->w->side * PV_GRID);
+    int32_t kept = pv_stone_inscribe(&cell, 0.055, out);
+    if (!pv_ring_contains(ring, count, out, kept)) { /* slivers are beyond its arithmetic */
+        memcpy(out, ring, (size_t)count * sizeof *ring);
+        kept = count;
+    }
+    return open_joint(out, kept, c->w->params->joint / 2 * c->w->side * PV_GRID);
 }
 
 static void cut_tiles(void *data, int32_t task, int32_t worker)

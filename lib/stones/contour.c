@@ -283,8 +283,8 @@ static int is_nearest(const sketch *s, int32_t j, int32_t way, int32_t gates, do
     return gates * s->place->scale <= c->length && other != j && (far < far_too || (far == far_too && j < other));
 }
 
-/* The corner that a junction goes to: a near one where the joint would otherwise leave a stone with a dent, or one where
- * it already is. */
+/* The corner that a junction goes to: a near one where the joint would otherwise leave a stone with a dent, or one
+ * where it already is. */
 static int corner_near(const sketch *s, int32_t j, const int32_t *ways, const gate *g, int32_t count, int32_t middle,
                        bend *out)
 {
@@ -370,7 +370,8 @@ static pave_result add_bend(sketch *s, int64_t *count, pv_cell p)
     pave_result result = PAVE_OK;
     if (*count == s->out->room) {
         int64_t room = 2 * s->out->room + 1024;
-        pv_cell *grown = pv_resize(s->context, s->out->bend, (size_t)s->out->room, (size_t)room, sizeof *grown, &result);
+        pv_cell *grown =
+            pv_resize(s->context, s->out->bend, (size_t)s->out->room, (size_t)room, sizeof *grown, &result);
         if (result)
             return result;
         s->out->bend = grown;

@@ -14,14 +14,15 @@ typedef struct pv_stone_cell {
 
 /* The convex polygon of four corners that fits into the cell and leaves little of it, of more if it leaves more than
  * `most_loss` of the area; lies in the cell exactly, and touches sides of the cell only where whole sides are common.
- * If none does, the cell itself. Returns the number of corners in `out` (of PV_STONE_MOST), 0 if the cell has too many. */
+ * If none does, the cell itself. Returns the number of corners in `out` (of PV_STONE_MOST), 0 if the cell has too
+ * many. */
 int32_t pv_stone_inscribe(const pv_stone_cell *cell, double most_loss, pv_cell *out);
 
 /* The same, but 0 if it would be the cell itself. */
 int32_t pv_stone_fit(const pv_stone_cell *cell, double most_loss, pv_cell *out);
 
-/* Parts a cell with a dent in two simple rings along a line from the dent, so that stones in both leave the least of it.
- * Returns 0 if nothing is gained; else the two rings' sizes are in counts. Rings have room for PV_STONE_MOST. */
+/* Parts a cell with a dent in two simple rings along a line from the dent, so that stones in both leave the least of
+ * it. Returns 0 if nothing is gained; else the two rings' sizes are in counts. Rings have room for PV_STONE_MOST. */
 int pv_stone_part(const pv_stone_cell *cell, double most_loss, pv_cell *first, pv_cell *second, int32_t counts[2]);
 
 /* Marks the corners of a ring by itself: convex by 30 degrees or more. */

@@ -174,11 +174,12 @@ static void relax_vertex(const realising *r, int32_t v, double stiff, uint8_t ro
         r->pull(r->user, tess, v, &e);
     double det = e.xx * e.yy - e.xy * e.xy;
     double dx = (e.yy * e.bx - e.xy * e.by) / det, dy = (e.xx * e.by - e.xy * e.bx) / det;
-    double way = 1.5 * sqrt(dx * dx + dy * dy), shorter = 1.5 * (way > r->step ? r->step / way : 1);
+    double way = 1.1 * sqrt(dx * dx + dy * dy), shorter = 1.1 * (way > r->step ? r->step / way : 1);
     dx *= shorter, dy *= shorter;
     pv_cell here = tess->at[v];
     for (int halving = 0; halving < 3; halving++, dx /= 2, dy /= 2) {
-        pv_cell there = { limited(here.x + dx, r->origin[v].x, r->reach), limited(here.y + dy, r->origin[v].y, r->reach) };
+        pv_cell there = { limited(here.x + dx, r->origin[v].x, r->reach),
+                          limited(here.y + dy, r->origin[v].y, r->reach) };
         if (abs(there.x - here.x) + abs(there.y - here.y) < STILL)
             return;
         if (gets_short(r, v, there) || !pv_tess_fits(tess, v, there))

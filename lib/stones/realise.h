@@ -3,9 +3,6 @@
 
 #include "stones/blocks.h"
 
-/* Moves inner vertices, one after the other in blocks, `rounds` times in each of two sweeps, to where the flat ones among them and their
- * neighbours lie on the lines between corners as nearly as can be; none farther than `reach` in x or y from where it was,
- * and none so that a face would not be simple any more. Contour and border stay. */
 typedef struct pv_equations {
     double xx, xy, yy, bx, by; /* sums of the normal equations for one vertex's step, in grid units */
 } pv_equations;
@@ -23,6 +20,9 @@ static inline void pv_add_equation(pv_equations *e, double weight, double nx, do
 /* Adds what else a vertex is to heed. */
 typedef void pv_pull(const void *user, const pv_tess *tess, int32_t vertex, pv_equations *e);
 
+/* Moves inner vertices, one after the other in blocks, `rounds` times in each of two sweeps, to where the flat ones
+ * among them and their neighbours lie on the lines between corners as nearly as can be; none farther than `reach` in x
+ * or y from where it was, and none so that a face would not be simple any more. Contour and border stay. */
 typedef struct pv_realise_params {
     int64_t block; /* side of a block, grid units */
     int32_t rounds;

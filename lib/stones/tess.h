@@ -13,9 +13,9 @@ enum {
     PV_BEND = 4     /* of a chain between two faces, not a junction */
 };
 
-/* Ring f, one a face, is corner[first[f]] .. corner[first[f + 1] - 1], counter-clockwise as seen (y goes down). Each side
- * of a ring is also one of a neighbour's, backwards, or on the border. Vertices are in an order that does not depend on
- * the region: junctions by place, then bends. */
+/* Ring f, one a face, is corner[first[f]] .. corner[first[f + 1] - 1], counter-clockwise as seen (y goes down). Each
+ * side of a ring is also one of a neighbour's, backwards, or on the border. Vertices are in an order that does not
+ * depend on the region: junctions by place, then bends. */
 typedef struct pv_tess {
     int32_t vertex_count, face_count;
     pv_cell *at;       /* in the plane */
@@ -31,8 +31,8 @@ typedef struct pv_tess {
     uint8_t *colour;
 } pv_tess;
 
-/* Where a raster lies in the plane: its pixel (0, 0) has the corner (x, y), in pixels of which `scale` make one px. Joints
- * slide along the contour to corners that are nearer than `slide` px. */
+/* Where a raster lies in the plane: its pixel (0, 0) has the corner (x, y), in pixels of which `scale` make one px.
+ * Joints slide along the contour to corners that are nearer than `slide` px. */
 typedef struct pv_tess_place {
     int32_t x, y, scale;
     double slide;
@@ -65,8 +65,8 @@ pave_result pv_tess_index(pave_context *context, pv_tess *tess);
 /* Drops vertices from rings where one follows itself, then those that are in no ring. */
 pave_result pv_tess_compact(pave_context *context, pv_tess *tess);
 
-/* Is every ring simple and counter-clockwise, every side but those on the border shared by two faces, every vertex used?
- * Then the faces cover the region once. Says what is wrong by the context's message. Cost: linear. */
+/* Is every ring simple and counter-clockwise, every side but those on the border shared by two faces, every vertex
+ * used? Then the faces cover the region once. Says what is wrong by the context's message. Cost: linear. */
 pave_result pv_tess_check(pave_context *context, const pv_tess *tess);
 
 void pv_tess_free(pv_tess *tess);
