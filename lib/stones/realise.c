@@ -23,7 +23,8 @@ static void own_line(const pv_tess *tess, int64_t place, pv_equations *e)
     pv_cell b = tess->at[tess->corner[corner_from(tess, place, 1)]];
     double dx = (double)b.x - a.x, dy = (double)b.y - a.y, length = sqrt(dx * dx + dy * dy);
     if (length > 0)
-        pv_add_equation(e, 1, -dy / length, dx / length, (dx * ((double)v.y - a.y) - dy * ((double)v.x - a.x)) / length);
+        pv_add_equation(e, 1, -dy / length, dx / length,
+                        (dx * ((double)v.y - a.y) - dy * ((double)v.x - a.x)) / length);
 }
 
 /* The vertex at `place` is a corner: flat ones on its side should lie between it and the next corner. */
