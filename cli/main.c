@@ -12,6 +12,7 @@ typedef struct verb {
 
 static const verb verbs[] = {
     { "lay", lay_main, "lay a pavement: from a black and white drawing to the polygons of its stones" },
+    { "mosaic", mosaic_main, "lay a mosaic: from a photo to oriented tiles that follow its edges" },
     { "plan", plan_main, "divide a large pavement into windows, for many machines" },
     { "merge", merge_main, "merge windows that were laid one by one into one file" },
     { "measure", measure_main, "judge stones against their drawing" },

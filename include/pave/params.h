@@ -21,7 +21,8 @@ enum {
     PAVE_PARAMS_TILING = 12,   /* pave_tiling_params */
     PAVE_PARAMS_SOLID = 13,    /* pave_solid_params */
     PAVE_PARAMS_PALETTE = 30,  /* pave_palette_params */
-    PAVE_PARAMS_MEASURE = 31   /* pave_stones_measure_params */
+    PAVE_PARAMS_MEASURE = 31,  /* pave_stones_measure_params */
+    PAVE_PARAMS_MOSAIC = 40    /* pave_mosaic_params */
 };
 
 /* How a field is stored. */

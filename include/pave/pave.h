@@ -9,6 +9,7 @@
 #include <pave/field.h>
 #include <pave/cvd.h>
 #include <pave/stones.h>
+#include <pave/mosaic.h>
 #include <pave/tiling.h>
 #include <pave/solid.h>
 #include <pave/io.h>

@@ -126,6 +126,7 @@ pave_result pv_cpu_open(pave_context *context, const pv_plane *plane, pv_label_r
     cpu->parts = cpu->workers < MOST_PARTS ? cpu->workers : MOST_PARTS;
     cpu->reach = pv_plane_reach(plane);
     fill_squeeze(cpu->squeeze);
+    cpu->stretch = pv_plane_stretch(plane);
     result = allocate(context, cpu);
     if (result) {
         pv_cpu_close(cpu);

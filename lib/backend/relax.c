@@ -25,7 +25,7 @@ static int32_t across(const pv_plane *plane)
 /* Is some pixel of the square around near an edge? The squares fit a cache, and the edges of a large plane do not. */
 static inline int may_be_near(const pv_plane *plane, int32_t px, int32_t py)
 {
-    return plane->edge &&
+    return plane->edge && !plane->direction &&
            (!plane->near || plane->near[(int64_t)(py / PV_NEAR) * across(plane) + px / PV_NEAR]);
 }
 
@@ -106,8 +106,14 @@ static void turn_by_edge(const edge_near *edge, pave_site *site)
     site->sine = -edge->nx;
 }
 
+/* Away from edges a site is turned by the noise, or everywhere by the directions that were given. */
 void pv_site_turn_by_noise(const pv_plane *plane, pv_noise_cell *cell, pave_site *site)
 {
+    if (plane->direction) {
+        int32_t x = clamp(site->x >> 8, 0, plane->width - 1), y = clamp(site->y >> 8, 0, plane->height - 1);
+        pv_turn(plane->direction[(int64_t)y * plane->width + x], &site->cosine, &site->sine);
+        return;
+    }
     pv_lattice across = pv_lattice_of(plane->noise_wave, plane->period_x);
     pv_lattice down = pv_lattice_of(plane->noise_wave, plane->period_y);
     int64_t noise = pv_noise(cell, plane->noise_key, &across, &down, site->x + plane->origin_x,

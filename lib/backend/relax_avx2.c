@@ -105,7 +105,7 @@ static inline __m128i lacking(__m128i v, int32_t span)
 int pv_sites_turn_avx2(const pv_plane *plane, const pv_noise_cell *cell, pave_site *const site[4])
 {
     int32_t span = plane->noise_wave;
-    if (!cell->known || plane->period_x || plane->period_y)
+    if (!cell->known || plane->direction || plane->period_x || plane->period_y)
         return 0;
     int32_t left = (int32_t)((int64_t)cell->x * span - plane->origin_x);
     int32_t top = (int32_t)((int64_t)cell->y * span - plane->origin_y);
