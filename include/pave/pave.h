@@ -9,6 +9,7 @@
 #include <pave/field.h>
 #include <pave/cvd.h>
 #include <pave/stones.h>
+#include <pave/btf.h>
 #include <pave/io.h>
 
 #ifdef __cplusplus

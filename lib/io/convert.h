@@ -3,8 +3,6 @@
 
 #include "image/image.h"
 
-uint16_t pv_half(float value);
-
 /* sRGB (IEC 61966-2-1). */
 double pv_display_code(double linear);
 double pv_linear_light(double display);

@@ -1,0 +1,343 @@
+/* The BTF handle: made from samples, and looked at by texel, by texture and by direction. */
+#include "btf/btf.h"
+
+#include "btf/scene.h"
+#include "util/half.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/mman.h>
+
+static const pave_btf_params default_params = PAVE_BTF_PARAMS_INIT;
+
+void pave_btf_params_init(pave_btf_params *params, size_t size)
+{
+    const pv_table table = { "BTF", sizeof default_params, &default_params, NULL, 0 };
+    pv_params_init(&table, params, size);
+}
+
+static pave_result check_shape(pave_context *context, const pave_btf_params *p)
+{
+    if (p->width < 1 || p->height < 1 || p->width > context->limits.max_side || p->height > context->limits.max_side)
+        return pv_fail(context, PAVE_ERR_LIMIT, "a BTF of %d x %d texels: a side must be 1 .. %lld (max_side)",
+                       (int)p->width, (int)p->height, (long long)context->limits.max_side);
+    if (p->channels < 1 || p->channels > PV_BTF_CHANNELS)
+        return pv_fail(context, PAVE_ERR_LIMIT, "a BTF of %d channels: 1 to %d can be", (int)p->channels,
+                       PV_BTF_CHANNELS);
+    if (p->type != PAVE_F16 && p->type != PAVE_F32)
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "the samples of a BTF are PAVE_F16 or PAVE_F32");
+    if (!(p->pixels_per_mm >= 0) || isinf(p->pixels_per_mm))
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "pixels_per_mm is %g, but must be a number from 0", p->pixels_per_mm);
+    return PAVE_OK;
+}
+
+static pave_result name_channels(pave_context *context, const char *names, pave_btf *btf)
+{
+    for (int32_t c = 0; c < btf->channels; c++) {
+        size_t length = names ? strcspn(names, ",") : 0;
+        if (names && (!length || length >= PV_BTF_NAME))
+            return pv_fail(context, PAVE_ERR_ARGUMENT, "channel %d has no name, or one of more than %d letters", (int)c,
+                           PV_BTF_NAME - 1);
+        if (names)
+            snprintf(btf->names[c], PV_BTF_NAME, "%.*s", (int)length, names);
+        else if (btf->channels == 3 || btf->channels == 1)
+            snprintf(btf->names[c], PV_BTF_NAME, "%c", btf->channels == 1 ? 'Y' : "RGB"[c]);
+        else
+            snprintf(btf->names[c], PV_BTF_NAME, "%d", (int)c);
+        names = names ? names + length + (names[length] == ',') : NULL;
+    }
+    return PAVE_OK;
+}
+
+pave_result pv_btf_new(pave_context *context, const pave_btf_params *params, pave_btf **out)
+{
+    pave_result result = check_shape(context, params);
+    *out = result ? NULL : pv_allocate_zeroed(context, 1, sizeof **out, &result);
+    pave_btf *btf = *out;
+    if (result)
+        return result;
+    btf->width = params->width;
+    btf->height = params->height;
+    btf->channels = params->channels;
+    btf->type = params->type;
+    btf->cosine = params->cosine != 0;
+    btf->pixels_per_mm = params->pixels_per_mm;
+    btf->rgb_scale[0] = btf->rgb_scale[1] = btf->rgb_scale[2] = 1;
+    result = name_channels(context, params->names, btf);
+    if (!result)
+        result = pv_directions_create(context, "view", params->view_directions, params->views, &btf->views);
+    if (!result)
+        result = pv_directions_create(context, "light", params->light_directions, params->lights, &btf->lights);
+    if (result)
+        pave_btf_free(out);
+    return result;
+}
+
+pave_result pv_btf_copy_frame(pave_context *context, const pave_btf *btf, pave_btf **out)
+{
+    pave_btf_params params = PAVE_BTF_PARAMS_INIT;
+    params.width = btf->width;
+    params.height = btf->height;
+    params.channels = btf->channels;
+    params.type = btf->type;
+    params.views = btf->views.count;
+    params.lights = btf->lights.count;
+    params.view_directions = btf->views.direction;
+    params.light_directions = btf->lights.direction;
+    params.cosine = btf->cosine;
+    params.pixels_per_mm = btf->pixels_per_mm;
+    pave_result result = pv_btf_new(context, &params, out);
+    if (result)
+        return result;
+    pave_btf *copy = *out;
+    memcpy(copy->names, btf->names, sizeof copy->names);
+    memcpy(copy->setup, btf->setup, sizeof copy->setup);
+    memcpy(copy->sensor, btf->sensor, sizeof copy->sensor);
+    memcpy(copy->source, btf->source, sizeof copy->source);
+    memcpy(copy->rgb_scale, btf->rgb_scale, sizeof copy->rgb_scale);
+    size_t pairs = (size_t)btf->views.count * (size_t)btf->lights.count, notes = btf->notes ? strlen(btf->notes) : 0;
+    if (btf->missing && (copy->missing = pv_allocate(context, pairs, 1, &result)))
+        memcpy(copy->missing, btf->missing, pairs);
+    if (btf->notes && !result && (copy->notes = pv_allocate(context, notes + 1, 1, &result)))
+        memcpy(copy->notes, btf->notes, notes + 1);
+    if (result)
+        pave_btf_free(out);
+    return result;
+}
+
+pave_result pv_btf_allocate_samples(pave_context *context, pave_btf *btf)
+{
+    pave_result result = PAVE_OK;
+    size_t value = btf->type == PAVE_F16 ? 2 : 4;
+    double bytes = (double)pv_btf_texels(btf) * (double)pv_btf_length(btf) * (double)value;
+    if (bytes > (double)context->limits.max_bytes)
+        return pv_fail(context, PAVE_ERR_LIMIT, "the samples take %.0f bytes, beyond the limit of %lld (max_bytes)",
+                       bytes, (long long)context->limits.max_bytes);
+    btf->samples.texel_bytes = (size_t)pv_btf_length(btf) * value;
+    btf->samples.block = pv_allocate(context, (size_t)pv_btf_texels(btf), btf->samples.texel_bytes, &result);
+    btf->samples.first = btf->samples.block;
+    btf->samples.chunk = INT32_MAX;
+    return result;
+}
+
+pave_result pv_btf_allocate_factors(pave_context *context, pave_btf *btf, int32_t channel, int32_t components)
+{
+    pave_result result = PAVE_OK;
+    if (!btf->factors)
+        btf->factors = pv_allocate_zeroed(context, (size_t)btf->channels, sizeof *btf->factors, &result);
+    if (result)
+        return result;
+    pv_factors *f = &btf->factors[channel];
+    size_t pairs = (size_t)btf->views.count * (size_t)btf->lights.count, k = (size_t)components;
+    f->components = components;
+    f->singular = pv_allocate(context, k, sizeof *f->singular, &result);
+    if (!result)
+        f->left = pv_allocate(context, pairs, k * sizeof *f->left, &result);
+    if (!result)
+        f->right = pv_allocate(context, (size_t)pv_btf_texels(btf), k * sizeof *f->right, &result);
+    return result;
+}
+
+pave_result pave_btf_create(pave_context *context, const pave_btf_params *given, const void *samples, pave_btf **out)
+{
+    pave_btf_params params;
+    if (out)
+        *out = NULL;
+    if (!context || !out)
+        return PAVE_ERR_ARGUMENT;
+    pave_result result = pv_struct_read(context, "BTF", &default_params, sizeof default_params, given, &params);
+    if (!result)
+        result = pv_btf_new(context, &params, out);
+    if (!result)
+        result = pv_btf_allocate_samples(context, *out);
+    if (result) {
+        pave_btf_free(out);
+        return result;
+    }
+    size_t bytes = (size_t)pv_btf_texels(*out) * (*out)->samples.texel_bytes;
+    if (samples)
+        memcpy((*out)->samples.block, samples, bytes);
+    else
+        memset((*out)->samples.block, 0, bytes);
+    return PAVE_OK;
+}
+
+static void free_factors(pave_btf *btf)
+{
+    for (int32_t c = 0; c < btf->channels && btf->factors; c++) {
+        pv_release(btf->factors[c].left);
+        pv_release(btf->factors[c].right);
+        pv_release(btf->factors[c].singular);
+    }
+    pv_release(btf->factors);
+}
+
+void pave_btf_free(pave_btf **btf)
+{
+    if (!btf || !*btf)
+        return;
+    pave_btf *b = *btf;
+    free_factors(b);
+    pv_scene_free(&b->scene);
+    if (b->samples.map)
+        munmap(b->samples.map, b->samples.map_bytes);
+    pv_release(b->samples.block);
+    pv_release((void *)(uintptr_t)b->samples.slots);
+    pv_release(b->missing);
+    pv_release(b->notes);
+    pv_directions_free(&b->views);
+    pv_directions_free(&b->lights);
+    pv_release(b);
+    *btf = NULL;
+}
+
+int32_t pave_btf_width(const pave_btf *btf) { return btf->width; }
+int32_t pave_btf_height(const pave_btf *btf) { return btf->height; }
+int32_t pave_btf_channels(const pave_btf *btf) { return btf->channels; }
+int32_t pave_btf_views(const pave_btf *btf) { return btf->views.count; }
+int32_t pave_btf_lights(const pave_btf *btf) { return btf->lights.count; }
+const pave_direction *pave_btf_view_directions(const pave_btf *btf) { return btf->views.direction; }
+const pave_direction *pave_btf_light_directions(const pave_btf *btf) { return btf->lights.direction; }
+int32_t pave_btf_cosine(const pave_btf *btf) { return btf->cosine; }
+double pave_btf_pixels_per_mm(const pave_btf *btf) { return btf->pixels_per_mm; }
+const uint8_t *pave_btf_missing(const pave_btf *btf) { return btf->missing; }
+
+static int is_channel(const pave_btf *btf, int32_t channel)
+{
+    return channel >= 0 && channel < btf->channels;
+}
+
+const char *pave_btf_channel_name(const pave_btf *btf, int32_t channel)
+{
+    return is_channel(btf, channel) ? btf->names[channel] : NULL;
+}
+
+int32_t pave_btf_components(const pave_btf *btf, int32_t channel)
+{
+    return btf->factors && is_channel(btf, channel) ? btf->factors[channel].components : 0;
+}
+
+double pave_btf_error(const pave_btf *btf, int32_t channel)
+{
+    return btf->factors && is_channel(btf, channel) ? btf->factors[channel].error : 0;
+}
+
+/* Where a texel's samples lie; NULL if they were left out of the file. */
+static const uint8_t *texel_bytes(const pave_btf *btf, int64_t texel)
+{
+    const pv_samples *s = &btf->samples;
+    int64_t slot = s->slots ? s->slots[texel] : texel;
+    return slot < 0 ? NULL : s->first + (size_t)slot * s->texel_bytes + (size_t)(slot / s->chunk) * s->gap;
+}
+
+void pv_btf_samples(const pave_btf *btf, int64_t texel, int64_t first, int64_t count, float *out)
+{
+    const uint8_t *from = texel_bytes(btf, texel);
+    if (!from)
+        memset(out, 0, (size_t)count * sizeof *out);
+    else if (btf->type == PAVE_F32)
+        memcpy(out, from + 4 * first, (size_t)count * sizeof *out);
+    else
+        for (int64_t i = 0; i < count; i++) {
+            uint16_t half;
+            memcpy(&half, from + 2 * (first + i), sizeof half);
+            out[i] = pv_half_value(half);
+        }
+}
+
+void pv_btf_store(pave_btf *btf, int64_t texel, const float *values)
+{
+    int64_t count = pv_btf_length(btf);
+    uint8_t *to = (uint8_t *)btf->samples.block + (size_t)texel * btf->samples.texel_bytes;
+    if (btf->type == PAVE_F32)
+        memcpy(to, values, (size_t)count * sizeof *values);
+    else
+        for (int64_t i = 0; i < count; i++)
+            ((uint16_t *)(void *)to)[i] = pv_half(values[i]);
+}
+
+static float product(const float *a, const float *b, int32_t count)
+{
+    float sum[8] = { 0 };
+    int32_t i = 0;
+    for (; i + 8 <= count; i += 8)
+        for (int32_t k = 0; k < 8; k++)
+            sum[k] += a[i + k] * b[i + k];
+    for (; i < count; i++)
+        sum[0] += a[i] * b[i];
+    return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]));
+}
+
+static void sample_scene(const pave_btf *btf, int64_t texel, int64_t pair, float *out)
+{
+    float values[PV_MOST_LIGHTS * 3];
+    pv_scene_view(btf->scene, texel, (int32_t)(pair / btf->lights.count), values);
+    memcpy(out, values + pair % btf->lights.count * 3, 3 * sizeof *out);
+}
+
+/* All channels of one texel under one pair of view and light. */
+static void sample(const pave_btf *btf, int64_t texel, int64_t pair, float *out)
+{
+    if (btf->scene) {
+        sample_scene(btf, texel, pair, out);
+        return;
+    }
+    if (!btf->factors) {
+        pv_btf_samples(btf, texel, pair * btf->channels, btf->channels, out);
+        return;
+    }
+    float values[PV_BTF_CHANNELS];
+    for (int32_t c = 0; c < btf->channels; c++) {
+        const pv_factors *f = &btf->factors[c];
+        values[c] = product(f->left + pair * f->components, f->right + texel * f->components, f->components);
+    }
+    pv_colour_decode(btf->colour, btf->channels, values, 1, out);
+}
+
+void pave_btf_abrdf(const pave_btf *btf, int32_t x, int32_t y, float *out)
+{
+    int64_t texel = (int64_t)y * btf->width + x, pairs = (int64_t)btf->views.count * btf->lights.count;
+    if (btf->scene) {
+        pv_scene_texel(btf->scene, texel, out);
+        return;
+    }
+    if (!btf->factors) {
+        pv_btf_samples(btf, texel, 0, pv_btf_length(btf), out);
+        return;
+    }
+    for (int64_t pair = 0; pair < pairs; pair++)
+        sample(btf, texel, pair, out + pair * btf->channels);
+}
+
+void pave_btf_texture(const pave_btf *btf, int32_t view, int32_t light, float *out)
+{
+    int64_t pair = (int64_t)view * btf->lights.count + light;
+    for (int64_t texel = 0; texel < pv_btf_texels(btf); texel++)
+        sample(btf, texel, pair, out + texel * btf->channels);
+}
+
+void pave_btf_weights(const pave_btf *btf, int32_t of_lights, pave_direction direction, int32_t index[3],
+                      double weight[3])
+{
+    pv_directions_weigh(of_lights ? &btf->lights : &btf->views, direction, index, weight);
+}
+
+void pave_btf_lookup(const pave_btf *btf, int32_t x, int32_t y, pave_direction view, pave_direction light, float *out)
+{
+    int32_t views[3], lights[3];
+    double of_view[3], of_light[3], sum[PV_BTF_CHANNELS] = { 0 };
+    float values[PV_BTF_CHANNELS];
+    pv_directions_weigh(&btf->views, view, views, of_view);
+    pv_directions_weigh(&btf->lights, light, lights, of_light);
+    for (int32_t i = 0; i < 9; i++) {
+        double weight = of_view[i / 3] * of_light[i % 3];
+        if (weight == 0)
+            continue;
+        sample(btf, (int64_t)y * btf->width + x, (int64_t)views[i / 3] * btf->lights.count + lights[i % 3], values);
+        for (int32_t c = 0; c < btf->channels; c++)
+            sum[c] += weight * values[c];
+    }
+    for (int32_t c = 0; c < btf->channels; c++)
+        out[c] = (float)sum[c];
+}
