@@ -88,3 +88,4 @@ int field_main(int argc, char **argv);
 int info_main(int argc, char **argv);
 int merge_main(int argc, char **argv);
 int plan_main(int argc, char **argv);
+int btf_main(int argc, char **argv);

@@ -1,5 +1,6 @@
 /* The whole job in one call, and the register of parameter tables: the two things that know every stage. */
 #include "base/params.h"
+#include "btf/btf.h"
 #include "cvd/cvd.h"
 #include "field/field.h"
 #include "image/bitmap.h"
@@ -27,6 +28,8 @@ static const pv_table *find_table(int32_t table)
     case PAVE_PARAMS_CVD: return &pv_cvd_table;
     case PAVE_PARAMS_STONES: return &pv_stones_table;
     case PAVE_PARAMS_STREAM: return &pv_stream_table;
+    case PAVE_PARAMS_BTF_SYNTHESIS: return &pv_btf_synthesis_table;
+    case PAVE_PARAMS_BTF_COMPRESS: return &pv_btf_compress_table;
     default: return NULL;
     }
 }

@@ -152,12 +152,13 @@ typedef struct pave_btf_compress_params {
     double error;       /* greatest relative error of each channel's matrix in the Frobenius norm; then as many
                            components as it takes, at most `components`; 0: just `components` */
     int32_t colour;     /* PAVE_BTF_COLOUR_ */
+    int32_t joint;      /* 1: all channels are factored as one matrix, as FMF files want it */
     int32_t passes;     /* over the data; each brings the error nearer to that of the exact SVD */
     int32_t type;       /* PAVE_F16 or PAVE_F32: of the factors */
 } pave_btf_compress_params;
 
 #define PAVE_BTF_COMPRESS_PARAMS_INIT \
-    { sizeof(pave_btf_compress_params), 64, 0, PAVE_BTF_COLOUR_AUTO, 3, PAVE_F16 }
+    { sizeof(pave_btf_compress_params), 64, 0, PAVE_BTF_COLOUR_AUTO, 0, 3, PAVE_F16 }
 
 PAVE_API void pave_btf_compress_params_init(pave_btf_compress_params *params, size_t size);
 

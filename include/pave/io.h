@@ -3,6 +3,7 @@
 #ifndef PAVE_IO_H
 #define PAVE_IO_H
 
+#include <pave/btf.h>
 #include <pave/stones.h>
 
 #ifdef __cplusplus
@@ -34,6 +35,14 @@ PAVE_API pave_result pave_stones_merge(pave_context *context, const char *const 
 
 /* The format that pave_stones_write would choose for a path; NULL if there is none. Never fails. Any thread. */
 PAVE_API const char *pave_stones_format(const char *path);
+
+/* Reads a BTF: Bonn's DFMF, FMF and BDI. The samples of a BDI file are not read but mapped; the file must not change
+ * as long as the handle lives. */
+PAVE_API pave_result pave_btf_read(pave_context *context, const char *path, pave_btf **out);
+
+/* Writes a BTF. The format follows from the ending: .bdi holds samples as halves, made as they are written; .btf holds
+ * the factors of a compressed BTF, as FMF if all channels are one matrix and as DFMF if not. */
+PAVE_API pave_result pave_btf_write(pave_context *context, const pave_btf *btf, const char *path);
 
 #ifdef __cplusplus
 }

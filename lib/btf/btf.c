@@ -28,7 +28,8 @@ static pave_result check_shape(pave_context *context, const pave_btf_params *p)
     if (p->type != PAVE_F16 && p->type != PAVE_F32)
         return pv_fail(context, PAVE_ERR_ARGUMENT, "the samples of a BTF are PAVE_F16 or PAVE_F32");
     if (!(p->pixels_per_mm >= 0) || isinf(p->pixels_per_mm))
-        return pv_fail(context, PAVE_ERR_ARGUMENT, "pixels_per_mm is %g, but must be a number from 0", p->pixels_per_mm);
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "pixels_per_mm is %g, but must be a number from 0",
+                       p->pixels_per_mm);
     return PAVE_OK;
 }
 
@@ -121,19 +122,19 @@ pave_result pv_btf_allocate_samples(pave_context *context, pave_btf *btf)
     return result;
 }
 
-pave_result pv_btf_allocate_factors(pave_context *context, pave_btf *btf, int32_t channel, int32_t components)
+pave_result pv_btf_allocate_factors(pave_context *context, pave_btf *btf, int32_t plane, int32_t components)
 {
     pave_result result = PAVE_OK;
     if (!btf->factors)
-        btf->factors = pv_allocate_zeroed(context, (size_t)btf->channels, sizeof *btf->factors, &result);
+        btf->factors = pv_allocate_zeroed(context, (size_t)pv_btf_planes(btf), sizeof *btf->factors, &result);
     if (result)
         return result;
-    pv_factors *f = &btf->factors[channel];
-    size_t pairs = (size_t)btf->views.count * (size_t)btf->lights.count, k = (size_t)components;
+    pv_factors *f = &btf->factors[plane];
+    size_t k = (size_t)components;
     f->components = components;
     f->singular = pv_allocate(context, k, sizeof *f->singular, &result);
     if (!result)
-        f->left = pv_allocate(context, pairs, k * sizeof *f->left, &result);
+        f->left = pv_allocate(context, (size_t)pv_btf_rows(btf), k * sizeof *f->left, &result);
     if (!result)
         f->right = pv_allocate(context, (size_t)pv_btf_texels(btf), k * sizeof *f->right, &result);
     return result;
@@ -165,7 +166,7 @@ pave_result pave_btf_create(pave_context *context, const pave_btf_params *given,
 
 static void free_factors(pave_btf *btf)
 {
-    for (int32_t c = 0; c < btf->channels && btf->factors; c++) {
+    for (int32_t c = 0; c < pv_btf_planes(btf) && btf->factors; c++) {
         pv_release(btf->factors[c].left);
         pv_release(btf->factors[c].right);
         pv_release(btf->factors[c].singular);
@@ -215,12 +216,12 @@ const char *pave_btf_channel_name(const pave_btf *btf, int32_t channel)
 
 int32_t pave_btf_components(const pave_btf *btf, int32_t channel)
 {
-    return btf->factors && is_channel(btf, channel) ? btf->factors[channel].components : 0;
+    return btf->factors && is_channel(btf, channel) ? btf->factors[btf->joint ? 0 : channel].components : 0;
 }
 
 double pave_btf_error(const pave_btf *btf, int32_t channel)
 {
-    return btf->factors && is_channel(btf, channel) ? btf->factors[channel].error : 0;
+    return btf->factors && is_channel(btf, channel) ? btf->factors[btf->joint ? 0 : channel].error : 0;
 }
 
 /* Where a texel's samples lie; NULL if they were left out of the file. */
@@ -289,10 +290,11 @@ static void sample(const pave_btf *btf, int64_t texel, int64_t pair, float *out)
     }
     float values[PV_BTF_CHANNELS];
     for (int32_t c = 0; c < btf->channels; c++) {
-        const pv_factors *f = &btf->factors[c];
-        values[c] = product(f->left + pair * f->components, f->right + texel * f->components, f->components);
+        const pv_factors *f = &btf->factors[btf->joint ? 0 : c];
+        int64_t row = btf->joint ? pair * btf->channels + c : pair;
+        values[c] = product(f->left + row * f->components, f->right + texel * f->components, f->components);
     }
-    pv_colour_decode(btf->colour, btf->channels, values, 1, out);
+    pv_colour_decode(btf, values, 1, out);
 }
 
 void pave_btf_abrdf(const pave_btf *btf, int32_t x, int32_t y, float *out)

@@ -10,7 +10,17 @@ extern const pv_table pv_btf_synthesis_table, pv_btf_compress_table;
 enum { PV_BTF_CHANNELS = 32, PV_BTF_NAME = 64, PV_BTF_TEXT = 81 };
 
 /* How factored values become samples; the numbers are those of Bonn's files. */
-enum { PV_COLOUR_RGB = 0, PV_COLOUR_LOG_YUV = 11, PV_COLOUR_LOG = 12 };
+enum {
+    PV_COLOUR_RGB = 0,
+    PV_COLOUR_YUV = 1,
+    PV_COLOUR_PCA = 3,
+    PV_COLOUR_YCOCG = 4,
+    PV_COLOUR_SPECTRAL = 6,   /* each channel by itself */
+    PV_COLOUR_LOG_Y_UV = 9,   /* log Y, U, V */
+    PV_COLOUR_LOGS_YUV = 10,  /* log Y, log U, log V */
+    PV_COLOUR_LOG_YUV = 11,   /* log Y, U/Y, V/Y */
+    PV_COLOUR_LOG = 12        /* the logarithm of each channel */
+};
 
 /* Samples, texel after texel, each [view][light][channel]. They lie in memory or in a file that is mapped; a file may
  * have a gap after every `chunk` texels. */
@@ -24,8 +34,8 @@ typedef struct pv_samples {
     size_t map_bytes;
 } pv_samples;
 
-/* A channel's matrix, rows [view][light], columns [y][x]: left * right', each row of `right` times the singular
- * values. */
+/* A channel's matrix, rows [view][light], columns [y][x]: left * right', where `right` holds the singular values. All
+ * channels as one matrix have the rows [view][light][channel]. */
 typedef struct pv_factors {
     int32_t components;
     float *left, *right, *singular;
@@ -55,8 +65,10 @@ struct pave_btf {
     uint8_t *missing;
     pv_samples samples;
     int32_t colour;      /* PV_COLOUR_: of the factors */
+    float colour_space[12]; /* of PV_COLOUR_PCA: mean, and rows of the transform */
     int32_t factor_type; /* PAVE_F16 or PAVE_F32: how precise the factors are */
-    pv_factors *factors; /* one for each channel; NULL: the samples are there */
+    int32_t joint;       /* all channels are one matrix */
+    pv_factors *factors; /* pv_btf_planes of them; NULL: the samples are there */
     struct pv_scene *scene; /* from which samples are made when they are read; NULL: none */
 };
 
@@ -71,14 +83,25 @@ static inline int64_t pv_btf_length(const pave_btf *btf)
     return (int64_t)btf->views.count * btf->lights.count * btf->channels;
 }
 
+/* Matrices that a factored BTF has, and the rows of each. */
+static inline int32_t pv_btf_planes(const pave_btf *btf)
+{
+    return btf->joint ? 1 : btf->channels;
+}
+
+static inline int64_t pv_btf_rows(const pave_btf *btf)
+{
+    return (int64_t)btf->views.count * btf->lights.count * (btf->joint ? btf->channels : 1);
+}
+
 /* A BTF with neither samples nor factors; everything is checked but the memory that samples would take. */
 pave_result pv_btf_new(pave_context *context, const pave_btf_params *params, pave_btf **out);
 
 /* Room for its samples, not yet written. */
 pave_result pv_btf_allocate_samples(pave_context *context, pave_btf *btf);
 
-/* Room for the factors of a channel. */
-pave_result pv_btf_allocate_factors(pave_context *context, pave_btf *btf, int32_t channel, int32_t components);
+/* Room for the factors of a matrix. */
+pave_result pv_btf_allocate_factors(pave_context *context, pave_btf *btf, int32_t plane, int32_t components);
 
 /* Makes a copy of everything but samples and factors. */
 pave_result pv_btf_copy_frame(pave_context *context, const pave_btf *btf, pave_btf **out);
@@ -100,6 +123,10 @@ void pv_directions_weigh(const pv_directions *directions, pave_direction directi
 void pv_direction_vector(pave_direction direction, double vector[3]);
 pave_direction pv_vector_direction(const double vector[3]);
 
-/* `count` pixels of `channels` values from samples to what is factored, and back. */
+/* Colour models that can be decoded, and those that have three channels. */
+int pv_colour_known(int32_t colour);
+int pv_colour_is_triple(int32_t colour);
+
+/* `count` pixels from samples to what is factored (RGB, LOG and LOG_YUV), and back from any model. */
 void pv_colour_encode(int32_t colour, int32_t channels, const float *samples, int64_t count, float *out);
-void pv_colour_decode(int32_t colour, int32_t channels, const float *values, int64_t count, float *out);
+void pv_colour_decode(const pave_btf *btf, const float *values, int64_t count, float *out);

@@ -135,7 +135,8 @@ static point grains(uint32_t key, float u, float v, int32_t n, float size, float
             continue;
         float dx = x - ((float)ix + chance(key, wx, wy)), dy = y - ((float)iy + chance(key + 1, wx, wy));
         pv_turn((int32_t)(pv_lattice_hash(key + 2, wx, wy) >> 16), &cosine, &sine);
-        float a = (dx * (float)cosine + dy * (float)sine) * 0x1p-16f, b = (dy * (float)cosine - dx * (float)sine) * 0x1p-16f;
+        float a = (dx * (float)cosine + dy * (float)sine) * 0x1p-16f;
+        float b = (dy * (float)cosine - dx * (float)sine) * 0x1p-16f;
         float radius = size * (0.6f + 0.6f * chance(key + 3, wx, wy));
         a /= radius;
         b /= radius * (0.6f + 0.4f * chance(key + 4, wx, wy));
@@ -166,7 +167,8 @@ static point grooves(uint32_t key, float u, float v)
     float bend = 0.03f * noise(key, u, v, 2, 3), across = v + bend + 0.01f * noise(key + 1, u, v, 4, 12);
     float ring = fabsf(noise(key + 2, 0.37f, across, 1, 10)) + 0.4f * fabsf(noise(key + 3, u, across, 2, 40));
     float pore = noise(key + 4, u, v, 8, 96);
-    return (point){ 0.8f - ring - (pore > 0.45f ? 0.6f : 0), 1 + (int32_t)(3 * fabsf(noise(key + 5, u, across, 1, 8))) };
+    return (point){ 0.8f - ring - (pore > 0.45f ? 0.6f : 0),
+                    1 + (int32_t)(3 * fabsf(noise(key + 5, u, across, 1, 8))) };
 }
 
 static point concrete(uint32_t key, float u, float v)
@@ -333,7 +335,7 @@ int pv_relief_hit(const pv_relief *relief, const float from[3], const float dire
 {
     float across = sqrtf(direction[0] * direction[0] + direction[1] * direction[1]);
     float drop = fabsf(direction[2]), range = relief->highest - relief->lowest;
-    float step = across > 0.5f * drop ? 0.7f / across : range > 0 ? fminf(0.05f * range, 0.5f) / drop + 1e-6f : 1 / drop;
+    float step = across > 0.5f * drop ? 0.7f / across : range > 0 ? fminf(0.05f * range, 0.5f) / drop : 1 / drop;
     float before = from[2] - pv_relief_height(relief, from[0], from[1]), at = 0;
     for (int32_t i = 0; i < 100000; i++) {
         float next = at + step, z = from[2] + next * direction[2];

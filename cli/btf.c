@@ -1,0 +1,183 @@
+/* pave btf: bidirectional texture functions made, compressed, converted and told of. */
+#include "cli.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static pave_limits limits;
+static pave_context_params machine;
+
+/* Reads the command line of one of the verbs below; the groups "Machine" and "Limits" come last in each. */
+static int begin(cli_command *command, cli_group *groups, int count, int argc, char **argv, pave_context **context)
+{
+    pave_limits_init(&limits, sizeof limits);
+    pave_context_params_init(&machine, sizeof machine);
+    machine.limits = &limits;
+    groups[count] = (cli_group){ "Machine", PAVE_PARAMS_CONTEXT, &machine };
+    groups[count + 1] = (cli_group){ "Limits", PAVE_PARAMS_LIMITS, &limits };
+    command->groups = groups;
+    command->group_count = count + 2;
+    int status = read_command(command, argc, argv);
+    if (!status && command->outputs && command->output_count != 1)
+        complain(command, "where to? give one -o FILE"), status = EXIT_USAGE;
+    if (!status && !(*context = start(command, &machine)))
+        status = EXIT_USAGE;
+    return status;
+}
+
+static int write_btf(const cli_command *command, pave_context *context, pave_result made, pave_btf **btf, double from)
+{
+    int status = exit_code(made, WHILE_WORKING);
+    phase(from, 1);
+    if (!made)
+        status = exit_code(pave_btf_write(context, *btf, command->output[0]), WHILE_WRITING);
+    pave_btf_free(btf);
+    return status;
+}
+
+/* Samples are made as the file is written, so that it may be larger than memory. */
+static int synthesize(int argc, char **argv)
+{
+    pave_btf_synthesis_params params = PAVE_BTF_SYNTHESIS_PARAMS_INIT;
+    cli_group groups[3] = { { "Material", PAVE_PARAMS_BTF_SYNTHESIS, &params } };
+    cli_command command = {
+        .verb = "btf synthesize",
+        .usage = "-o FILE [options]",
+        .summary = "Makes the BTF of a relief of stone: masking, parallax, shadows and bounces are ray-cast.",
+        .outputs = "write material.bdi, a folder/ or material.exr",
+    };
+    pave_context *context;
+    pave_btf *btf = NULL;
+    params.stored = 0;
+    int status = begin(&command, groups, 1, argc, argv, &context);
+    if (status)
+        return status < 0 ? EXIT_FINE : status;
+    phase(0, 0.2);
+    pave_result result = pave_btf_synthesize(context, &params, &btf);
+    status = write_btf(&command, context, result, &btf, 0.2);
+    finish(&context);
+    return status;
+}
+
+static int compress(int argc, char **argv)
+{
+    pave_btf_compress_params params = PAVE_BTF_COMPRESS_PARAMS_INIT;
+    cli_group groups[3] = { { "Compression", PAVE_PARAMS_BTF_COMPRESS, &params } };
+    cli_command command = {
+        .verb = "btf compress",
+        .usage = "BTF -o FILE.btf [options]",
+        .summary = "Factors a BTF: a few components stand for all its samples, with a known error.",
+        .outputs = "write small.btf",
+        .inputs = 1,
+    };
+    pave_context *context;
+    pave_btf *btf = NULL, *small = NULL;
+    int status = begin(&command, groups, 1, argc, argv, &context);
+    if (status)
+        return status < 0 ? EXIT_FINE : status;
+    phase(0, 0.02);
+    pave_result result = pave_btf_read(context, command.input[0], &btf);
+    if (result)
+        status = exit_code(result, WHILE_READING);
+    phase(0.02, 0.95);
+    if (!result) {
+        result = pave_btf_compress(context, btf, &params, &small);
+        status = write_btf(&command, context, result, &small, 0.95);
+    }
+    pave_btf_free(&btf);
+    finish(&context);
+    return status;
+}
+
+static int convert(int argc, char **argv)
+{
+    cli_group groups[2];
+    cli_command command = {
+        .verb = "btf convert",
+        .usage = "BTF -o FILE",
+        .summary = "Writes a BTF in another format.",
+        .outputs = "write other.bdi, other.btf, other.exr or a folder/",
+        .inputs = 1,
+    };
+    pave_context *context;
+    pave_btf *btf = NULL;
+    int status = begin(&command, groups, 0, argc, argv, &context);
+    if (status)
+        return status < 0 ? EXIT_FINE : status;
+    phase(0, 0.02);
+    pave_result result = pave_btf_read(context, command.input[0], &btf);
+    status = result ? exit_code(result, WHILE_READING) : write_btf(&command, context, result, &btf, 0.02);
+    finish(&context);
+    return status;
+}
+
+static void print_info(const pave_btf *btf)
+{
+    printf("texels      %d x %d\nviews       %d\nlights      %d\nchannels   ", (int)pave_btf_width(btf),
+           (int)pave_btf_height(btf), (int)pave_btf_views(btf), (int)pave_btf_lights(btf));
+    for (int32_t c = 0; c < pave_btf_channels(btf); c++)
+        printf(" %s", pave_btf_channel_name(btf, c));
+    printf("\ncomponents ");
+    for (int32_t c = 0; c < pave_btf_channels(btf); c++)
+        printf(" %d", (int)pave_btf_components(btf, c));
+    printf("\ncosine      %s\n", pave_btf_cosine(btf) ? "in the samples" : "not in the samples");
+}
+
+static int info(int argc, char **argv)
+{
+    cli_group groups[2];
+    cli_command command = {
+        .verb = "btf info",
+        .usage = "BTF [--json]",
+        .summary = "Tells what a BTF holds and how sound it is: reciprocity, albedo, missing pairs.",
+        .json = "as JSON",
+        .inputs = 1,
+    };
+    pave_context *context;
+    pave_btf *btf = NULL;
+    int status = begin(&command, groups, 0, argc, argv, &context);
+    if (status)
+        return status < 0 ? EXIT_FINE : status;
+    pave_result result = pave_btf_read(context, command.input[0], &btf);
+    status = exit_code(result, WHILE_READING);
+    if (!result)
+        print_info(btf);
+    pave_btf_free(&btf);
+    finish(&context);
+    return status;
+}
+
+static const struct {
+    const char *name;
+    int (*run)(int argc, char **argv);
+    const char *summary;
+} verbs[] = {
+    { "synthesize", synthesize, "make one: a relief of stone under all lights, from all views" },
+    { "compress", compress, "factor one, with a known error" },
+    { "convert", convert, "write one in another format" },
+    { "info", info, "tell what one holds" },
+};
+
+enum { VERBS = sizeof verbs / sizeof *verbs };
+
+int btf_main(int argc, char **argv)
+{
+    const char *names[VERBS];
+    for (int i = 0; i < VERBS; i++) {
+        names[i] = verbs[i].name;
+        if (argc > 1 && !strcmp(argv[1], names[i]))
+            return verbs[i].run(argc - 1, argv + 1);
+    }
+    int help = argc > 1 && (!strcmp(argv[1], "--help") || !strcmp(argv[1], "-h"));
+    const char *near = argc > 1 && !help ? nearest_name(argv[1], names, VERBS) : NULL;
+    if (argc > 1 && !help) {
+        fprintf(stderr, "pave btf: there is no verb '%s'%s%s%s; see pave btf --help\n", argv[1],
+                near ? ", did you mean '" : "", near ? near : "", near ? "'?" : "");
+        return EXIT_USAGE;
+    }
+    FILE *to = help ? stdout : stderr;
+    fputs("usage: pave btf VERB ...\n\n", to);
+    for (int i = 0; i < VERBS; i++)
+        fprintf(to, "  pave btf %-11s %s\n", verbs[i].name, verbs[i].summary);
+    return help ? EXIT_FINE : EXIT_USAGE;
+}
