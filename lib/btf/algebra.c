@@ -2,6 +2,7 @@
 #include "btf/algebra.h"
 
 #include "base/parallel.h"
+#include "util/random.h"
 
 #include <dlfcn.h>
 #include <math.h>
@@ -210,31 +211,60 @@ static void scale_columns(int64_t rows, int n, float *z)
     }
 }
 
-static pave_result orthonormalise_once(pave_context *context, const pv_algebra *algebra, int64_t rows, int n, float *z,
-                                       double *matrix, double *values)
+/* The inverse of the Cholesky factor of a Gram matrix, in its place, by which columns become orthonormal one after the
+ * other. A column that hangs on those before it gets a row of zeros. */
+static void invert_factor(int n, double *m)
 {
-    scale_columns(rows, n, z);
-    pave_result result = pv_gram(context, algebra, rows, n, z, matrix);
-    if (!result)
-        result = pv_eigen(context, algebra, n, matrix, values);
-    for (int j = 0; j < n && !result; j++) {
-        double scale = values[j] > 1e-12 * values[0] ? 1 / sqrt(values[j]) : 0;
-        for (int k = 0; k < n; k++)
-            matrix[(size_t)j * (size_t)n + (size_t)k] *= scale;
+    for (int j = 0; j < n; j++) {
+        double *row = m + (size_t)j * (size_t)n, pivot = row[j];
+        for (int k = 0; k < j; k++) { /* forward substitution with the factors found so far */
+            double sum = row[k];
+            const double *upper = m + (size_t)k * (size_t)n;
+            for (int i = 0; i < k; i++)
+                sum -= row[i] * upper[i];
+            row[k] = upper[k] > 0 ? sum / upper[k] : 0;
+            pivot -= row[k] * row[k];
+        }
+        row[j] = pivot > 1e-12 ? sqrt(pivot) : 0;
     }
-    return result ? result : pv_rotate(context, algebra, rows, n, z, n, matrix, z);
+    for (int j = 0; j < n; j++) {
+        double *row = m + (size_t)j * (size_t)n, diagonal = row[j];
+        for (int k = 0; k < j; k++) {
+            double sum = 0;
+            for (int i = k; i < j; i++)
+                sum += row[i] * m[(size_t)i * (size_t)n + (size_t)k];
+            row[k] = diagonal > 0 ? -sum / diagonal : 0;
+        }
+        row[j] = diagonal > 0 ? 1 / diagonal : 0;
+        memset(row + j + 1, 0, (size_t)(n - 1 - j) * sizeof *row);
+    }
+}
+
+/* Where nothing was left of a column, chance may find what is still missing. */
+static void refill(int64_t rows, int n, const double *m, float *z)
+{
+    for (int j = 0; j < n; j++)
+        for (int64_t i = 0; i < rows && m[(size_t)j * (size_t)n + (size_t)j] == 0; i++) {
+            pv_random r = pv_draw(1, PV_DRAW_SKETCH, (uint32_t)i, (uint32_t)j, 0);
+            z[i * n + j] = (float)(r.word[0] >> 8) * 0x1p-23f - 1;
+        }
 }
 
 pave_result pv_orthonormalise(pave_context *context, const pv_algebra *algebra, int64_t rows, int n, float *z)
 {
     pave_result result = PAVE_OK;
     size_t side = (size_t)n;
-    double *matrix = pv_allocate(context, side, side * sizeof *matrix, &result), *values = NULL;
-    if (!result)
-        values = pv_allocate(context, side, sizeof *values, &result);
-    for (int i = 0; i < 2 && !result; i++) /* once more for what rounding left */
-        result = orthonormalise_once(context, algebra, rows, n, z, matrix, values);
+    double *matrix = pv_allocate(context, side, side * sizeof *matrix, &result);
+    for (int i = 0; i < 3 && !result; i++) { /* again for what was filled in, and for what rounding left */
+        scale_columns(rows, n, z);
+        result = pv_gram(context, algebra, rows, n, z, matrix);
+        if (result)
+            break;
+        invert_factor(n, matrix);
+        result = pv_rotate(context, algebra, rows, n, z, n, matrix, z);
+        if (!result && i < 2)
+            refill(rows, n, matrix, z);
+    }
     pv_release(matrix);
-    pv_release(values);
     return result;
 }

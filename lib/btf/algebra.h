@@ -37,6 +37,5 @@ pave_result pv_gram(pave_context *context, const pv_algebra *algebra, int64_t ro
 pave_result pv_rotate(pave_context *context, const pv_algebra *algebra, int64_t rows, int n, const float *z, int k,
                       const double *by, float *out);
 
-/* Turns the columns of z (rows x n, the stride is n) into an orthonormal basis of what they span, greatest directions
- * first; columns that are not needed for it become 0. */
+/* Makes the columns of z (rows x n) orthonormal, each against those before it. What depends on others is replaced. */
 pave_result pv_orthonormalise(pave_context *context, const pv_algebra *algebra, int64_t rows, int n, float *z);

@@ -36,6 +36,7 @@ typedef struct plane {
     float *basis; /* [row][width], orthonormal */
     float *sum;   /* [row][width], of A' A basis */
     float *seen;  /* [texel of the block][width], A basis */
+    double *inner, *part; /* [width][width], of basis' A' A basis; what a block adds */
     float *block; /* [texel of the block][row], A */
     double energy;
 } plane;
@@ -127,28 +128,52 @@ static void add_energy(work *w)
         w->plane[i % pv_btf_planes(w->out)].energy += w->energy[i];
 }
 
+static pave_result add_inner(pave_context *context, work *w)
+{
+    pave_result result = PAVE_OK;
+    for (int32_t c = 0; c < pv_btf_planes(w->out) && !result; c++) {
+        plane *p = &w->plane[c];
+        result = pv_gram(context, w->algebra, w->count, p->width, p->seen, p->part);
+        for (int64_t i = 0; i < (int64_t)p->width * p->width && !result; i++)
+            p->inner[i] += p->part[i];
+    }
+    return result;
+}
+
+/* The sum, turned to singular directions first (Rayleigh and Ritz), so that small ones keep their digits. */
+static pave_result renew_basis(pave_context *context, work *w, plane *p)
+{
+    float *swap = p->basis;
+    pave_result result = pv_eigen(context, w->algebra, p->width, p->inner, p->part);
+    if (!result)
+        result = pv_rotate(context, w->algebra, w->rows, p->width, p->sum, p->width, p->inner, p->sum);
+    p->basis = p->sum;
+    p->sum = swap;
+    return result ? result : pv_orthonormalise(context, w->algebra, w->rows, p->width, p->basis);
+}
+
 /* basis := an orthonormal basis of A' A basis. */
 static pave_result iterate(pave_context *context, work *w, double from, double to)
 {
     int32_t planes = pv_btf_planes(w->out);
     int64_t texels = pv_btf_texels(w->btf);
     pave_result result = PAVE_OK;
-    for (int32_t c = 0; c < planes; c++)
-        memset(w->plane[c].sum, 0, (size_t)w->rows * (size_t)w->plane[c].width * sizeof(float));
+    for (int32_t c = 0; c < planes; c++) {
+        size_t width = (size_t)w->plane[c].width;
+        memset(w->plane[c].sum, 0, (size_t)w->rows * width * sizeof(float));
+        memset(w->plane[c].inner, 0, width * width * sizeof(double));
+    }
     for (w->first = 0; w->first < texels && !result; w->first += BLOCK) {
         double a = from + (to - from) * (double)w->first / (double)texels;
         double b = from + (to - from) * (double)least(w->first + BLOCK, texels) / (double)texels;
         result = see_block(context, w, a, 0.6 * a + 0.4 * b);
         if (!result)
+            result = add_inner(context, w);
+        if (!result)
             result = pv_parallel(context, stripes(w) * planes, sum_stripe, w, 0.6 * a + 0.4 * b, b);
     }
-    for (int32_t c = 0; c < planes && !result; c++) {
-        plane *p = &w->plane[c];
-        float *swap = p->basis;
-        p->basis = p->sum;
-        p->sum = swap;
-        result = pv_orthonormalise(context, w->algebra, w->rows, p->width, p->basis);
-    }
+    for (int32_t c = 0; c < planes && !result; c++)
+        result = renew_basis(context, w, &w->plane[c]);
     return result;
 }
 
@@ -231,6 +256,10 @@ static pave_result open_plane(pave_context *context, work *w, int32_t c, int32_t
         p->seen = pv_allocate(context, BLOCK, width, &result);
     if (!result)
         p->block = pv_allocate(context, BLOCK, (size_t)w->rows * sizeof(float), &result);
+    if (!result)
+        p->inner = pv_allocate(context, (size_t)p->width, (size_t)p->width * sizeof *p->inner, &result);
+    if (!result)
+        p->part = pv_allocate(context, (size_t)p->width, (size_t)p->width * sizeof *p->part, &result);
     for (int64_t i = 0; i < w->rows * p->width && !result; i++) {
         pv_random r = pv_draw(0, PV_DRAW_SKETCH, (uint32_t)i, (uint32_t)(i >> 32), (uint32_t)c);
         p->basis[i] = (float)(r.word[0] >> 8) * 0x1p-23f - 1;
@@ -264,6 +293,8 @@ static void close_work(work *w)
         pv_release(w->plane[c].sum);
         pv_release(w->plane[c].seen);
         pv_release(w->plane[c].block);
+        pv_release(w->plane[c].inner);
+        pv_release(w->plane[c].part);
     }
 }
 
