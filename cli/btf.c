@@ -2,6 +2,7 @@
 #include "cli.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 static pave_limits limits;
@@ -147,6 +148,70 @@ static int info(int argc, char **argv)
     return status;
 }
 
+/* Takes "--light 30,120" and "--view 0,0" apart into the options that the table has. */
+static int split_directions(int argc, char **argv, char **words, char (*store)[64])
+{
+    int count = 0;
+    for (int i = 0; i < argc; i++) {
+        const char *names[2] = { "light", "view" };
+        int which = !strcmp(argv[i], "--light") ? 0 : !strcmp(argv[i], "--view") ? 1 : -1;
+        const char *comma = which >= 0 && i + 1 < argc ? strchr(argv[i + 1], ',') : NULL;
+        words[count++] = argv[i];
+        if (!comma)
+            continue;
+        snprintf(store[2 * which], 64, "--%s-theta=%.*s", names[which], (int)(comma - argv[i + 1]), argv[i + 1]);
+        snprintf(store[2 * which + 1], 64, "--%s-phi=%s", names[which], comma + 1);
+        words[count - 1] = store[2 * which];
+        words[count++] = store[2 * which + 1];
+        i++;
+    }
+    return count;
+}
+
+static pave_result draw(const cli_command *command, pave_context *context, const pave_btf_view_params *params,
+                        const pave_image *environment, const pave_btf *btf)
+{
+    pave_image *picture = NULL;
+    pave_result result = pave_btf_view(context, btf, environment, params, &picture);
+    if (!result)
+        result = pave_image_write(context, picture, command->output[0]);
+    pave_image_free(&picture);
+    return result;
+}
+
+static int view(int argc, char **argv)
+{
+    pave_btf_view_params params = PAVE_BTF_VIEW_PARAMS_INIT;
+    cli_group groups[3] = { { "Picture", PAVE_PARAMS_BTF_VIEW, &params } };
+    char store[4][64], **words = malloc((size_t)(argc + 3) * sizeof *words);
+    cli_command command = {
+        .verb = "btf view",
+        .usage = "BTF [ENVIRONMENT] -o FILE [--light THETA,PHI] [--view THETA,PHI] [options]",
+        .summary = "Draws a material on a plane, a cylinder or a sphere, under a lamp or an environment picture.",
+        .outputs = "write picture.png or picture.exr",
+        .inputs = -1,
+    };
+    pave_context *context;
+    pave_btf *btf = NULL;
+    pave_image *environment = NULL;
+    if (!words)
+        return EXIT_RESOURCES;
+    int status = begin(&command, groups, 1, split_directions(argc, argv, words, store), words, &context);
+    if (!status) {
+        pave_result result = pave_btf_read(context, command.input[0], &btf);
+        if (!result && command.input_count > 1)
+            result = read_image(context, command.input[1], &environment);
+        status = exit_code(result, WHILE_READING);
+        if (!result)
+            status = exit_code(draw(&command, context, &params, environment, btf), WHILE_WRITING);
+        pave_image_free(&environment);
+        pave_btf_free(&btf);
+        finish(&context);
+    }
+    free(words);
+    return status < 0 ? EXIT_FINE : status;
+}
+
 static const struct {
     const char *name;
     int (*run)(int argc, char **argv);
@@ -155,6 +220,7 @@ static const struct {
     { "synthesize", synthesize, "make one: a relief of stone under all lights, from all views" },
     { "compress", compress, "factor one, with a known error" },
     { "convert", convert, "write one in another format" },
+    { "view", view, "draw one on a plane, a cylinder or a sphere" },
     { "info", info, "tell what one holds" },
 };
 

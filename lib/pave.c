@@ -30,6 +30,7 @@ static const pv_table *find_table(int32_t table)
     case PAVE_PARAMS_STREAM: return &pv_stream_table;
     case PAVE_PARAMS_BTF_SYNTHESIS: return &pv_btf_synthesis_table;
     case PAVE_PARAMS_BTF_COMPRESS: return &pv_btf_compress_table;
+    case PAVE_PARAMS_BTF_VIEW: return &pv_btf_view_table;
     default: return NULL;
     }
 }

@@ -172,6 +172,33 @@ PAVE_API pave_result pave_btf_compress(pave_context *context, const pave_btf *bt
 /* Of a BTF that pave_btf_compress made: the relative error of a channel's matrix in the Frobenius norm. Otherwise 0. */
 PAVE_API double pave_btf_error(const pave_btf *btf, int32_t channel);
 
+/* ---- Looking at it ---- */
+
+enum { PAVE_BTF_ON_PLANE = 0, PAVE_BTF_ON_CYLINDER = 1, PAVE_BTF_ON_SPHERE = 2 };
+
+typedef struct pave_btf_view_params {
+    size_t size;
+    int32_t shape;      /* PAVE_BTF_ON_PLANE ... */
+    int32_t side;       /* of the picture, px */
+    double light_theta; /* where the lamp is, degrees: from the axis z, which stands on the plane, */
+    double light_phi;   /* and about it from x, which points to the right */
+    double view_theta;  /* where the camera is, alike; it is far away and looks at the middle */
+    double view_phi;
+    double repeats;     /* of the texture across the plane, or half-way around a cylinder or sphere */
+    double exposure;    /* powers of two; 0: a white diffuse plane that faces the lamp is 1 */
+    int32_t samples;    /* for each side of a pixel */
+} pave_btf_view_params;
+
+#define PAVE_BTF_VIEW_PARAMS_INIT { sizeof(pave_btf_view_params), PAVE_BTF_ON_SPHERE, 512, 35, 120, 0, 0, 2, 0, 2 }
+
+PAVE_API void pave_btf_view_params_init(pave_btf_view_params *params, size_t size);
+
+/* A picture of the material on a plane, or on a cylinder or sphere about the upright axis y, in linear light, with an
+ * alpha channel. `environment`, a picture of all directions (latitude by longitude, +y up, its middle towards +z),
+ * takes the lamp's place; NULL: the lamp. Cost: 36 lookups a sample, and for an environment three for each light. */
+PAVE_API pave_result pave_btf_view(pave_context *context, const pave_btf *btf, const pave_image *environment,
+                                   const pave_btf_view_params *params, pave_image **out);
+
 #ifdef __cplusplus
 }
 #endif

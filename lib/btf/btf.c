@@ -277,8 +277,7 @@ static void sample_scene(const pave_btf *btf, int64_t texel, int64_t pair, float
     memcpy(out, values + pair % btf->lights.count * 3, 3 * sizeof *out);
 }
 
-/* All channels of one texel under one pair of view and light. */
-static void sample(const pave_btf *btf, int64_t texel, int64_t pair, float *out)
+void pv_btf_sample(const pave_btf *btf, int64_t texel, int64_t pair, float *out)
 {
     if (btf->scene) {
         sample_scene(btf, texel, pair, out);
@@ -309,14 +308,14 @@ void pave_btf_abrdf(const pave_btf *btf, int32_t x, int32_t y, float *out)
         return;
     }
     for (int64_t pair = 0; pair < pairs; pair++)
-        sample(btf, texel, pair, out + pair * btf->channels);
+        pv_btf_sample(btf, texel, pair, out + pair * btf->channels);
 }
 
 void pave_btf_texture(const pave_btf *btf, int32_t view, int32_t light, float *out)
 {
     int64_t pair = (int64_t)view * btf->lights.count + light;
     for (int64_t texel = 0; texel < pv_btf_texels(btf); texel++)
-        sample(btf, texel, pair, out + texel * btf->channels);
+        pv_btf_sample(btf, texel, pair, out + texel * btf->channels);
 }
 
 void pave_btf_weights(const pave_btf *btf, int32_t of_lights, pave_direction direction, int32_t index[3],
@@ -336,7 +335,8 @@ void pave_btf_lookup(const pave_btf *btf, int32_t x, int32_t y, pave_direction v
         double weight = of_view[i / 3] * of_light[i % 3];
         if (weight == 0)
             continue;
-        sample(btf, (int64_t)y * btf->width + x, (int64_t)views[i / 3] * btf->lights.count + lights[i % 3], values);
+        int64_t pair = (int64_t)views[i / 3] * btf->lights.count + lights[i % 3];
+        pv_btf_sample(btf, (int64_t)y * btf->width + x, pair, values);
         for (int32_t c = 0; c < btf->channels; c++)
             sum[c] += weight * values[c];
     }

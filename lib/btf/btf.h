@@ -5,7 +5,7 @@
 
 #include <pave/btf.h>
 
-extern const pv_table pv_btf_synthesis_table, pv_btf_compress_table;
+extern const pv_table pv_btf_synthesis_table, pv_btf_compress_table, pv_btf_view_table;
 
 enum { PV_BTF_CHANNELS = 32, PV_BTF_NAME = 64, PV_BTF_TEXT = 81 };
 
@@ -108,6 +108,9 @@ pave_result pv_btf_copy_frame(pave_context *context, const pave_btf *btf, pave_b
 
 /* Samples `first` .. `first + count - 1` of a texel as floats; only where there are samples. */
 void pv_btf_samples(const pave_btf *btf, int64_t texel, int64_t first, int64_t count, float *out);
+
+/* All channels of one texel under one pair of view and light. */
+void pv_btf_sample(const pave_btf *btf, int64_t texel, int64_t pair, float *out);
 
 /* Stores a whole texel that pv_btf_allocate_samples made room for. */
 void pv_btf_store(pave_btf *btf, int64_t texel, const float *values);
