@@ -86,8 +86,8 @@ PAVE_API void pave_btf_texture(const pave_btf *btf, int32_t view, int32_t light,
 PAVE_API void pave_btf_weights(const pave_btf *btf, int32_t of_lights, pave_direction direction, int32_t index[3],
                                double weight[3]);
 
-/* One texel seen from any view under any light: the mean of nine samples by their weights. `out` has a float for each
- * channel. Any thread. */
+/* One texel seen from any view under any light: the mean of nine samples by their weights. Below the lowest ring of
+ * lights samples that hold the cosine fade with it. `out` has a float for each channel. Any thread. */
 PAVE_API void pave_btf_lookup(const pave_btf *btf, int32_t x, int32_t y, pave_direction view, pave_direction light,
                               float *out);
 

@@ -324,22 +324,45 @@ void pave_btf_weights(const pave_btf *btf, int32_t of_lights, pave_direction dir
     pv_directions_weigh(of_lights ? &btf->lights : &btf->views, direction, index, weight);
 }
 
-void pave_btf_lookup(const pave_btf *btf, int32_t x, int32_t y, pave_direction view, pave_direction light, float *out)
+static double lowest_cosine(const pv_directions *directions)
+{
+    float lowest = 0;
+    for (int32_t i = 0; i < directions->count; i++)
+        lowest = directions->direction[i].theta > lowest ? directions->direction[i].theta : lowest;
+    return cos((double)lowest);
+}
+
+void pv_btf_mix(const pave_btf *btf, pave_direction view, pave_direction light, pv_mix *out)
 {
     int32_t views[3], lights[3];
-    double of_view[3], of_light[3], sum[PV_BTF_CHANNELS] = { 0 };
-    float values[PV_BTF_CHANNELS];
+    double of_view[3], of_light[3], lowest = lowest_cosine(&btf->lights), cosine = cos((double)light.theta);
+    double fade = btf->cosine && cosine < lowest ? fmax(cosine, 0) / lowest : cosine > 0;
     pv_directions_weigh(&btf->views, view, views, of_view);
     pv_directions_weigh(&btf->lights, light, lights, of_light);
     for (int32_t i = 0; i < 9; i++) {
-        double weight = of_view[i / 3] * of_light[i % 3];
-        if (weight == 0)
-            continue;
-        int64_t pair = (int64_t)views[i / 3] * btf->lights.count + lights[i % 3];
-        pv_btf_sample(btf, (int64_t)y * btf->width + x, pair, values);
-        for (int32_t c = 0; c < btf->channels; c++)
-            sum[c] += weight * values[c];
+        out->pair[i] = (int64_t)views[i / 3] * btf->lights.count + lights[i % 3];
+        out->weight[i] = of_view[i / 3] * of_light[i % 3] * fade;
     }
+}
+
+void pv_btf_add(const pave_btf *btf, int64_t texel, const pv_mix *mix, double weight, double *sum)
+{
+    float values[PV_BTF_CHANNELS];
+    for (int32_t i = 0; i < 9; i++) {
+        if (mix->weight[i] == 0)
+            continue;
+        pv_btf_sample(btf, texel, mix->pair[i], values);
+        for (int32_t c = 0; c < btf->channels; c++)
+            sum[c] += weight * mix->weight[i] * values[c];
+    }
+}
+
+void pave_btf_lookup(const pave_btf *btf, int32_t x, int32_t y, pave_direction view, pave_direction light, float *out)
+{
+    double sum[PV_BTF_CHANNELS] = { 0 };
+    pv_mix mix;
+    pv_btf_mix(btf, view, light, &mix);
+    pv_btf_add(btf, (int64_t)y * btf->width + x, &mix, 1, sum);
     for (int32_t c = 0; c < btf->channels; c++)
         out[c] = (float)sum[c];
 }

@@ -112,6 +112,18 @@ void pv_btf_samples(const pave_btf *btf, int64_t texel, int64_t first, int64_t c
 /* All channels of one texel under one pair of view and light. */
 void pv_btf_sample(const pave_btf *btf, int64_t texel, int64_t pair, float *out);
 
+/* The samples that a view and a light lie among, and their weights. */
+typedef struct pv_mix {
+    int64_t pair[9];
+    double weight[9];
+} pv_mix;
+
+/* Lights below the lowest ring fade towards the horizon, where no light is left. */
+void pv_btf_mix(const pave_btf *btf, pave_direction view, pave_direction light, pv_mix *out);
+
+/* Adds `weight` times what a texel sends by a mix to `sum`, a number for each channel. */
+void pv_btf_add(const pave_btf *btf, int64_t texel, const pv_mix *mix, double weight, double *sum);
+
 /* Stores a whole texel that pv_btf_allocate_samples made room for. */
 void pv_btf_store(pave_btf *btf, int64_t texel, const float *values);
 

@@ -140,26 +140,6 @@ static pave_direction local(const spot *p, const double v[3])
     return pv_vector_direction(in);
 }
 
-/* What one texel sends to three views under one light or all, weighed. */
-typedef struct mix {
-    int32_t view[3], light[3];
-    double of_view[3], of_light[3];
-} mix;
-
-static void add_lamp(const scene *s, const mix *m, int64_t texel, double weight, double *sum)
-{
-    const pave_btf *btf = s->btf;
-    float values[PV_BTF_CHANNELS];
-    for (int32_t i = 0; i < 9; i++) {
-        double w = weight * m->of_view[i / 3] * m->of_light[i % 3];
-        if (w == 0)
-            continue;
-        pv_btf_sample(btf, texel, (int64_t)m->view[i / 3] * btf->lights.count + m->light[i % 3], values);
-        for (int32_t c = 0; c < btf->channels; c++)
-            sum[c] += w * values[c];
-    }
-}
-
 static const double *look_up(const sky *around, int32_t channels, const double d[3])
 {
     int32_t y = (int32_t)(acos(fmin(fmax(d[1], -1), 1)) / pi * (SKY / 2));
@@ -169,9 +149,12 @@ static const double *look_up(const sky *around, int32_t channels, const double d
     return around->radiance + ((int64_t)y * SKY + x) * channels;
 }
 
-static void add_sky(const scene *s, const mix *m, const spot *p, int64_t texel, double weight, double *sum)
+static void add_sky(const scene *s, const spot *p, pave_direction view, int64_t texel, double *sum)
 {
     const pave_btf *btf = s->btf;
+    int32_t views[3];
+    double of_view[3];
+    pv_directions_weigh(&btf->views, view, views, of_view);
     float values[PV_BTF_CHANNELS];
     for (int32_t l = 0; l < btf->lights.count; l++) {
         double in[3], out[3];
@@ -180,10 +163,10 @@ static void add_sky(const scene *s, const mix *m, const spot *p, int64_t texel, 
             out[i] = in[0] * p->tangent[i] + in[1] * p->across[i] + in[2] * p->normal[i];
         const double *radiance = look_up(s->sky, btf->channels, out);
         for (int32_t k = 0; k < 3; k++) {
-            double w = weight * m->of_view[k] * s->sky->share[l] * (btf->cosine ? 1 : in[2]);
+            double w = of_view[k] * s->sky->share[l] * (btf->cosine ? 1 : in[2]);
             if (w == 0)
                 continue;
-            pv_btf_sample(btf, texel, (int64_t)m->view[k] * btf->lights.count + l, values);
+            pv_btf_sample(btf, texel, (int64_t)views[k] * btf->lights.count + l, values);
             for (int32_t c = 0; c < btf->channels; c++)
                 sum[c] += w * values[c] * radiance[c];
         }
@@ -201,22 +184,21 @@ static int64_t texel_at(const pave_btf *btf, int64_t x, int64_t y)
 static void shade(const scene *s, const spot *p, double *sum)
 {
     const pave_btf *btf = s->btf;
-    mix m;
     pave_direction view = local(p, s->camera.toward), light = local(p, s->lamp);
     double x = p->u * s->params.repeats * btf->width - 0.5, y = p->v * s->params.repeats * btf->height - 0.5;
     int64_t ix = (int64_t)floor(x), iy = (int64_t)floor(y);
     double fx = x - (double)ix, fy = y - (double)iy;
+    pv_mix mix;
     if (view.theta >= pi / 2 || (!s->sky && light.theta >= pi / 2))
         return;
-    pv_directions_weigh(&btf->views, view, m.view, m.of_view);
     if (s->sky) {
-        add_sky(s, &m, p, texel_at(btf, ix + (fx >= 0.5), iy + (fy >= 0.5)), 1, sum);
+        add_sky(s, p, view, texel_at(btf, ix + (fx >= 0.5), iy + (fy >= 0.5)), sum);
         return;
     }
-    pv_directions_weigh(&btf->lights, light, m.light, m.of_light);
+    pv_btf_mix(btf, view, light, &mix);
     for (int32_t k = 0; k < 4; k++) {
         double weight = (k % 2 ? fx : 1 - fx) * (k / 2 ? fy : 1 - fy) * (btf->cosine ? 1 : cos((double)light.theta));
-        add_lamp(s, &m, texel_at(btf, ix + k % 2, iy + k / 2), weight, sum);
+        pv_btf_add(btf, texel_at(btf, ix + k % 2, iy + k / 2), &mix, weight, sum);
     }
 }
 
