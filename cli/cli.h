@@ -59,7 +59,7 @@ typedef struct cli_command {
     const char *output[MOST_FILES];
     int input_count, output_count;
     int wants_json, quiet;
-    int shards;            /* the verb knows --manifest and --shard */
+    int plans, shards;     /* the verb knows --manifest; and --shard */
     const char *manifest, *shard;
 } cli_command;
 
@@ -88,4 +88,5 @@ int field_main(int argc, char **argv);
 int info_main(int argc, char **argv);
 int merge_main(int argc, char **argv);
 int plan_main(int argc, char **argv);
+int measure_main(int argc, char **argv);
 int btf_main(int argc, char **argv);

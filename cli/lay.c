@@ -80,6 +80,7 @@ int lay_main(int argc, char **argv)
                    "                               - is stdout, as SVG",
         .json = "write the report to stdout",
         .inputs = 1,
+        .plans = 1,
         .shards = 1,
         .groups = options.groups,
         .group_count = LAY_GROUPS,

@@ -14,6 +14,7 @@ static const verb verbs[] = {
     { "lay", lay_main, "lay a pavement: from a black and white drawing to the polygons of its stones" },
     { "plan", plan_main, "divide a large pavement into windows, for many machines" },
     { "merge", merge_main, "merge windows that were laid one by one into one file" },
+    { "measure", measure_main, "judge stones against their drawing" },
     { "field", field_main, "write the distance field of a drawing" },
     { "btf", btf_main, "bidirectional texture functions: make, compress, convert, look at them" },
     { "info", info_main, "list backends, devices and versions" },

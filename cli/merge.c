@@ -4,6 +4,10 @@
 static int run(const cli_command *command, pave_context *context)
 {
     pave_result result = PAVE_OK;
+    if (command->manifest) {
+        result = pave_plan_merge(context, command->manifest, command->output, command->output_count);
+        return exit_code(result, WHILE_WRITING);
+    }
     const char *const *parts = (const char *const *)command->input;
     for (int i = 0; i < command->output_count && !result; i++)
         result = pave_stones_merge(context, parts, command->input_count, command->output[i], NULL);
@@ -19,17 +23,20 @@ int merge_main(int argc, char **argv)
     const cli_group groups[] = { { "Limits", PAVE_PARAMS_LIMITS, &limits } };
     cli_command command = {
         .verb = "merge",
-        .usage = "PART.stones ... -o FILE [-o FILE ...]",
-        .summary = "Merges windows of one pavement, each written by pave lay --window ... -o PART.stones, into\n"
-                   "one file: the same bytes as from the whole at once.",
+        .usage = "PART.stones ... | --manifest PLAN.json -o FILE [-o FILE ...]",
+        .summary = "Merges windows of one pavement, each written by pave lay --window ... -o PART.stones, or all\n"
+                   "those of a plan, into one file: the same bytes as from the whole at once.",
         .outputs = "write stones.svg, a report.json or whole.stones; repeatable; - is stdout, as SVG",
         .json = "write the report to stdout",
         .inputs = -1,
+        .plans = 1,
         .groups = groups,
         .group_count = 1,
     };
     params.limits = &limits;
     int status = read_command(&command, argc, argv);
+    if (!status && command.manifest && (command.wants_json || !command.output_count))
+        complain(&command, "--manifest needs -o FILE; -o FILE.json is the report"), status = EXIT_USAGE;
     if (!status && !command.output_count && !command.wants_json)
         complain(&command, "where to? give -o FILE or --json"), status = EXIT_USAGE;
     if (status)

@@ -143,6 +143,8 @@ static void print_help(const cli_command *command)
         printf("\n  -o FILE, --output FILE       %s\n", command->outputs);
     if (command->json)
         printf("  --json                       %s\n", command->json);
+    if (command->plans && !command->shards)
+        printf("  --manifest FILE              all windows of a plan made by pave plan, instead of PART.stones ...\n");
     if (command->shards)
         printf("  --manifest FILE --shard N    lay one window of a plan made by pave plan, instead of DRAWING\n");
     printf("  -q, --quiet                  no progress, no notes\n  -h, --help                   this help\n");
@@ -254,7 +256,7 @@ static int read_words(cli_command *command, pave_context *tables, int argc, char
             status = add_output(command, argv[i] + 9);
         else if (command->outputs && is_output(argv[i]))
             complain(command, "%s needs a file", argv[i]), status = EXIT_USAGE;
-        else if (command->shards && i + 1 < argc && !strcmp(argv[i], "--manifest"))
+        else if (command->plans && i + 1 < argc && !strcmp(argv[i], "--manifest"))
             command->manifest = argv[i + (used = 2) - 1];
         else if (command->shards && i + 1 < argc && !strcmp(argv[i], "--shard"))
             command->shard = argv[i + (used = 2) - 1];

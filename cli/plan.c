@@ -20,7 +20,7 @@ int plan_main(int argc, char **argv)
         .verb = "plan",
         .usage = "DRAWING -o PLAN.json [--memory N] [options]",
         .summary = "Divides a pavement into windows that can be laid one by one, anywhere, in any order:\n"
-                   "pave lay --manifest PLAN.json --shard 0 (1, 2 ...), then pave merge PLAN.json.parts/*.stones.\n"
+                   "pave lay --manifest PLAN.json --shard 0 (1, 2 ...), then pave merge --manifest PLAN.json.\n"
                    "Prints the number of windows. --memory is what one of them may take.",
         .outputs = "where the plan goes",
         .inputs = 1,

@@ -28,6 +28,7 @@ static const pv_table *find_table(int32_t table)
     case PAVE_PARAMS_CVD: return &pv_cvd_table;
     case PAVE_PARAMS_STONES: return &pv_stones_table;
     case PAVE_PARAMS_STREAM: return &pv_stream_table;
+    case PAVE_PARAMS_MEASURE: return &pv_measure_table;
     case PAVE_PARAMS_BTF_SYNTHESIS: return &pv_btf_synthesis_table;
     case PAVE_PARAMS_BTF_COMPRESS: return &pv_btf_compress_table;
     case PAVE_PARAMS_BTF_VIEW: return &pv_btf_view_table;
@@ -90,10 +91,10 @@ static pave_result hash_drawing(pave_context *context, lay_work *work)
     pave_result result = pv_bitmap_create(context, work->drawing->width, work->drawing->height, &bitmap);
     if (result)
         return result;
-    pv_bitmap_store(&bitmap, 0, work->drawing);
-    work->stones->drawing = pv_bitmap_hash(&bitmap);
+    pv_bitmap_store(&bitmap, 0, 0, work->drawing);
+    result = pv_bitmap_hash(context, &bitmap, &work->stones->drawing);
     pv_bitmap_free(&bitmap);
-    return PAVE_OK;
+    return result;
 }
 
 /* The shares of progress are about those of the time. */
@@ -118,11 +119,12 @@ static pave_result run_stages(pave_context *context, const pave_image *image, co
     pv_call_end(context, call);
     if (result)
         return result;
-    pave_measure *measure = &work->stones->measure;
-    measure->seconds_field = after_field - start;
-    measure->seconds_cvd = after_cvd - after_field;
-    measure->seconds_stones = pv_seconds() - after_cvd;
-    if (work->stones->width != work->stones->plane_width || work->stones->height != work->stones->plane_height)
+    pave_report *report = &work->stones->report;
+    report->seconds_field = after_field - start;
+    report->seconds_cvd = after_cvd - after_field;
+    report->seconds_stones = pv_seconds() - after_cvd;
+    const pave_stones *s = work->stones;
+    if (!pv_is_whole(&(pv_place){ s->x, s->y, s->plane_width, s->plane_height }, s->width, s->height))
         result = hash_drawing(context, work);
     return result ? result : pv_params_read(context, &pv_threshold_table, params->threshold, &work->stones->threshold);
 }

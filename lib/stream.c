@@ -1,20 +1,16 @@
 /* A pavement from file to files, window after window: read the drawing as bits, lay each window into a file of its own,
  * merge. */
+#include "stream.h"
+
 #include "base/params.h"
-#include "cvd/cvd.h"
-#include "field/field.h"
-#include "io/drawing.h"
-#include "io/manifest.h"
 #include "io/output.h"
 #include "io/stonefile.h"
-#include "stones/stones.h"
 
 #include <pave/pave.h>
 
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -33,21 +29,18 @@ void pave_stream_params_init(pave_stream_params *params, size_t size)
 }
 
 enum {
-    PATH = 4096,
     SPARE = 8,             /* px of drawing around what a diagram is asked for */
     BYTES_A_PIXEL = 18,    /* of a region: drawing, field, edges, labels, and its share of sites and polygons */
     BASE = 160 << 20,      /* code, image libraries, a driver */
     DEFAULT_MEMORY = 1 << 30,
 };
 
-typedef struct stream {
-    pave_context *context;
-    pv_manifest plan; /* margin: px of drawing that are laid around a window */
-    pv_bitmap drawing;
-    char folder[PATH];
-} stream;
+int32_t pv_stream_windows(const pv_stream *s)
+{
+    return s->plan.columns * s->plan.rows;
+}
 
-static pave_result read_params(stream *s, const pave_lay_params *given)
+static pave_result read_params(pv_stream *s, const pave_lay_params *given)
 {
     pave_context *context = s->context;
     static const pave_lay_params none = PAVE_LAY_PARAMS_INIT;
@@ -59,46 +52,61 @@ static pave_result read_params(stream *s, const pave_lay_params *given)
         result = pv_params_read(context, &pv_cvd_table, params->cvd, &s->plan.cvd);
     if (!result)
         result = pv_params_read(context, &pv_stones_table, params->stones, &s->plan.stones);
+    if (!result && s->plan.cvd.until_still > 0)
+        result = pv_fail(context, PAVE_ERR_ARGUMENT,
+                         "until_still looks at all sites of a plane: it is not for what is laid window by window");
     for (int i = 0; i < 4 && !result; i++)
         if (s->plan.cvd.window[i])
             result = pv_fail(context, PAVE_ERR_ARGUMENT, "give a window or a memory, not both");
     return result;
 }
 
+/* How far around a plane that repeats its diagram and its stones are computed, if that is done for the whole. */
+static double whole_around(const pave_cvd_params *cvd)
+{
+    double around = pv_torus_guess(cvd), stones = cvd->window_margin * cvd->half_side;
+    return stones > around ? stones : around;
+}
+
 /* Windows of such a size that one with its margin stays within the memory. */
-static pave_result divide(stream *s, int64_t memory)
+static pave_result divide(pv_stream *s, int64_t memory)
 {
     pave_cvd_params cvd = s->plan.cvd;
     double width = s->drawing.width, height = s->drawing.height;
     if (cvd.stones)
         cvd.half_side = sqrt(width * height / cvd.stones) / 2;
     s->plan.margin = pv_margin_guess(&cvd) + (int32_t)(cvd.window_margin * cvd.half_side) + SPARE;
-    double left = (double)memory - BASE - (double)s->drawing.stride * height;
+    double held = s->drawing.bits ? (double)s->drawing.stride * height : 0, left = (double)memory - BASE - held;
     double side = floor(sqrt(fmax(left, 0) / BYTES_A_PIXEL)) - 2 * s->plan.margin;
-    if (side < s->plan.margin / 2 && left < BYTES_A_PIXEL * width * height) {
+    double around = s->plan.field.periodic ? 2 * whole_around(&cvd) : 0;
+    double whole = BYTES_A_PIXEL * (width + around) * (height + around);
+    if (side < s->plan.margin / 2 && left < whole) {
         double least = 2.5 * s->plan.margin;
         return pv_fail(s->context, PAVE_ERR_LIMIT, "memory is %lld bytes, but windows of this drawing need %.0f",
-                       (long long)memory, least * least * BYTES_A_PIXEL + BASE + (double)s->drawing.stride * height);
+                       (long long)memory, least * least * BYTES_A_PIXEL + BASE + held);
     }
-    if (left >= BYTES_A_PIXEL * width * height)
+    if (left >= whole)
         side = fmax(width, height);
     s->plan.columns = (int32_t)ceil(width / side);
     s->plan.rows = (int32_t)ceil(height / side);
-    return PAVE_OK;
+    int64_t windows = (int64_t)s->plan.columns * s->plan.rows;
+    return windows <= PV_MOST_WINDOWS ? PAVE_OK
+                                      : pv_fail(s->context, PAVE_ERR_LIMIT,
+                                                "%lld windows are beyond the limit of %d: give more memory",
+                                                (long long)windows, (int)PV_MOST_WINDOWS);
 }
 
-static void part_path(const stream *s, int32_t k, char path[PATH + 32])
+void pv_stream_part(const pv_stream *s, int32_t k, char path[PV_PATH + PV_PART])
 {
-    snprintf(path, PATH + 32, "%s/%06d.stones", s->folder, (int)k);
+    snprintf(path, PV_PATH + PV_PART, "%s/%06d.stones", s->folder, (int)k);
 }
 
 /* Was this window laid before, from the same drawing and parameters? */
-static int is_done(const stream *s, const char *path, const pv_rect *w)
+static int is_done(const pv_stream *s, const char *path, const pv_rect *w)
 {
     pv_stone_file_head head;
-    pave_context quiet = *s->context;
-    quiet.message = NULL;
-    if (access(path, F_OK) || pv_stones_file_head(&quiet, path, &head))
+    const char *reason;
+    if (pv_stones_file_look(path, &head, &reason))
         return 0;
     if (s->plan.cvd.stones) /* follows from it */
         head.cvd.half_side = s->plan.cvd.half_side;
@@ -108,11 +116,23 @@ static int is_done(const stream *s, const char *path, const pv_rect *w)
            pv_stones_file_same(&head, &making);
 }
 
+/* As much of the drawing as a window needs: where it repeats that may lie beyond its borders, but one period is enough
+ * of it, in itself. */
+static pv_rect choose_region(const pv_stream *s, pv_rect window, int32_t margin)
+{
+    const pv_rect plane = { 0, 0, s->drawing.width, s->drawing.height };
+    const pv_rect everywhere = { -(1 << 29), -(1 << 29), 1 << 30, 1 << 30 };
+    pv_rect region = pv_rect_grown(window, margin, s->plan.field.periodic ? everywhere : plane);
+    double around = s->plan.field.periodic ? 2 * whole_around(&s->plan.cvd) : 0;
+    double whole = (plane.width + around) * (plane.height + around);
+    return (double)region.width * region.height < whole ? region : plane;
+}
+
 /* The stones of a window from so much of the drawing around it; NULL, and a larger margin, if that is too little. */
-static pave_result lay_region(stream *s, pv_rect window, int32_t *margin, pave_stones **out)
+static pave_result lay_region(pv_stream *s, pv_rect window, int32_t *margin, pave_stones **out)
 {
     pave_context *context = s->context;
-    pv_rect region = pv_rect_grown(window, *margin, (pv_rect){ 0, 0, s->drawing.width, s->drawing.height });
+    pv_rect region = choose_region(s, window, *margin);
     pave_image *drawing = NULL;
     pave_field *field = NULL;
     pave_cvd *cvd = NULL;
@@ -139,8 +159,7 @@ static pave_result lay_region(stream *s, pv_rect window, int32_t *margin, pave_s
     return result;
 }
 
-/* Lays a window into a file, unless it lies there. */
-static pave_result lay_window(stream *s, int32_t k, const char *path)
+pave_result pv_stream_lay(pv_stream *s, int32_t k, const char *path)
 {
     pv_rect window = pv_manifest_window(&s->plan, k);
     pave_stones *stones = NULL;
@@ -159,81 +178,117 @@ static pave_result lay_window(stream *s, int32_t k, const char *path)
     return result;
 }
 
-static pave_result make_folder(stream *s, const char *folder, const char *output)
+pave_result pv_stream_set_folder(pv_stream *s, const char *folder, const char *output)
 {
     int length = snprintf(s->folder, sizeof s->folder, "%s%s", folder ? folder : output, folder ? "" : ".parts");
     if (length >= (int)sizeof s->folder)
         return pv_fail(s->context, PAVE_ERR_ARGUMENT, "%s: the name is too long", output);
+    return PAVE_OK;
+}
+
+pave_result pv_stream_make_folder(const pv_stream *s)
+{
     if (mkdir(s->folder, 0777) && errno != EEXIST)
         return pv_fail(s->context, PAVE_ERR_IO, "%s: cannot be made: %s", s->folder, pv_system_error(errno));
     return PAVE_OK;
 }
 
-static pave_result merge_parts(stream *s, const char *const *outputs, int32_t count)
+/* The names of all parts, one after the other, and where each begins. */
+static pave_result name_parts(pv_stream *s, char **names, const char ***paths)
 {
-    int32_t parts = s->plan.columns * s->plan.rows;
+    int32_t parts = pv_stream_windows(s);
+    size_t length = strlen(s->folder) + PV_PART;
     pave_result result = PAVE_OK;
-    const char **paths = pv_allocate(s->context, (size_t)parts, sizeof *paths, &result);
-    char(*names)[PATH + 32] = NULL;
-    if (!result)
-        names = pv_allocate(s->context, (size_t)parts, sizeof *names, &result);
+    *names = pv_allocate(s->context, (size_t)parts, length, &result);
+    *paths = result ? NULL : pv_allocate(s->context, (size_t)parts, sizeof **paths, &result);
     for (int32_t k = 0; k < parts && !result; k++) {
-        part_path(s, k, names[k]);
-        paths[k] = names[k];
+        char path[PV_PATH + PV_PART];
+        pv_stream_part(s, k, path);
+        (*paths)[k] = strcpy(*names + (size_t)k * length, path);
     }
-    for (int32_t i = 0; i < count && !result; i++)
-        result = pave_stones_merge(s->context, paths, parts, outputs[i], NULL);
-    for (int32_t k = 0; k < parts && !result; k++)
-        unlink(paths[k]);
-    if (!result)
-        rmdir(s->folder);
-    pv_release(names);
-    pv_release(paths);
     return result;
 }
 
-/* Reads the drawing that a plan is for. */
-static pave_result read_drawing(stream *s, const char *drawing, double to)
+pave_result pv_stream_merge(pv_stream *s, const char *const *outputs, int32_t count)
+{
+    char *names = NULL;
+    const char **paths = NULL;
+    pave_result result = name_parts(s, &names, &paths);
+    for (int32_t i = 0; i < count && !result; i++) {
+        pv_call call = pv_call_begin(s->context, "merge", (double)i / count, (i + 1.0) / count);
+        result = pave_stones_merge(s->context, paths, pv_stream_windows(s), outputs[i], NULL);
+        pv_call_end(s->context, call);
+    }
+    pv_release(paths);
+    pv_release(names);
+    return result;
+}
+
+static void remove_parts(const pv_stream *s)
+{
+    char path[PV_PATH + PV_PART];
+    for (int32_t k = 0; k < pv_stream_windows(s); k++) {
+        pv_stream_part(s, k, path);
+        unlink(path);
+    }
+    rmdir(s->folder);
+}
+
+pave_result pv_stream_read(pv_stream *s, const char *drawing, pv_room room, double to, uint64_t *hash)
 {
     pv_call call = pv_call_begin(s->context, "read", 0, to);
-    pave_result result = pv_drawing_read(s->context, drawing, &s->plan.threshold, &s->drawing);
+    pave_result result = pv_drawing_read(s->context, drawing, &s->plan.threshold, &room, &s->drawing);
+    if (!result)
+        result = pv_bitmap_hash(s->context, &s->drawing, hash);
     pv_call_end(s->context, call);
     return result;
 }
 
-/* The plan of a drawing within a memory. */
-static pave_result make_plan(stream *s, const char *drawing, const pave_lay_params *given, int64_t memory, double to)
+pave_result pv_stream_plan(pv_stream *s, const char *drawing, const pave_lay_params *given, int64_t memory,
+                           const char *beside, double to)
 {
+    memory = memory ? memory : DEFAULT_MEMORY;
+    pv_room room = { memory > BASE ? memory - BASE : 0, beside };
     pave_result result = read_params(s, given);
     if (!result)
-        result = read_drawing(s, drawing, to);
+        result = pv_stream_read(s, drawing, room, to, &s->plan.hash);
     if (result)
         return result;
-    s->plan.hash = pv_bitmap_hash(&s->drawing);
     s->plan.width = s->drawing.width;
     s->plan.height = s->drawing.height;
-    return divide(s, memory ? memory : DEFAULT_MEMORY);
+    return divide(s, memory);
 }
 
-static pave_result lay_all(stream *s, const pave_stream_params *params, const char *drawing,
+pv_room pv_stream_room(const pv_stream *s, const char *beside)
+{
+    pv_rect w = pv_manifest_window(&s->plan, 0);
+    int64_t margin = 2 * (int64_t)s->plan.margin, bytes = (w.width + margin) * (w.height + margin) * BYTES_A_PIXEL;
+    return (pv_room){ bytes > DEFAULT_MEMORY - BASE ? bytes : DEFAULT_MEMORY - BASE, beside };
+}
+
+static pave_result lay_all(pv_stream *s, const pave_stream_params *params, const char *drawing,
                            const pave_lay_params *given, const char *const *outputs, int32_t count)
 {
     pave_context *context = s->context;
-    pave_result result = make_plan(s, drawing, given, params->memory, 0.03);
+    pave_result result = pv_stream_plan(s, drawing, given, params->memory, outputs[0], 0.03);
     if (!result)
-        result = make_folder(s, params->folder, outputs[0]);
-    int32_t windows = s->plan.columns * s->plan.rows;
+        result = pv_stream_set_folder(s, params->folder, outputs[0]);
+    if (!result)
+        result = pv_stream_make_folder(s);
+    int32_t windows = pv_stream_windows(s);
     for (int32_t k = 0; k < windows && !result; k++) {
-        char path[PATH + 32];
-        part_path(s, k, path);
+        char path[PV_PATH + PV_PART];
+        pv_stream_part(s, k, path);
         pv_call call = pv_call_begin(context, "lay", 0.03 + 0.92 * k / windows, 0.03 + 0.92 * (k + 1) / windows);
-        result = lay_window(s, k, path);
+        result = pv_stream_lay(s, k, path);
         pv_call_end(context, call);
     }
     pv_call call = pv_call_begin(context, "merge", 0.95, 1);
     if (!result)
-        result = merge_parts(s, outputs, count);
+        result = pv_stream_merge(s, outputs, count);
     pv_call_end(context, call);
+    if (!result)
+        remove_parts(s);
     return result;
 }
 
@@ -248,15 +303,15 @@ static pave_result check_outputs(pave_context *context, const char *const *outpu
     return PAVE_OK;
 }
 
-static stream *begin(pave_context *context, pave_result *result)
+pv_stream *pv_stream_begin(pave_context *context, pave_result *result)
 {
-    stream *s = pv_allocate_zeroed(context, 1, sizeof *s, result);
+    pv_stream *s = pv_allocate_zeroed(context, 1, sizeof *s, result);
     if (s)
         s->context = context;
     return s;
 }
 
-static void end(stream *s)
+void pv_stream_end(pv_stream *s)
 {
     pv_bitmap_free(&s->drawing);
     pv_manifest_free(&s->plan);
@@ -275,88 +330,13 @@ pave_result pave_lay_file(pave_context *context, const char *drawing, const pave
     pave_result result = pv_params_read(context, &pv_stream_table, stream_given, &params);
     if (!result)
         result = check_outputs(context, outputs, count);
-    stream *s = result ? NULL : begin(context, &result);
+    pv_stream *s = result ? NULL : pv_stream_begin(context, &result);
     if (!s)
         return result;
     pv_call call = pv_call_begin(context, "lay", 0, 1);
     result = lay_all(s, &params, drawing, given, outputs, count);
     pv_call_end(context, call);
-    end(s);
-    errno = before;
-    return result;
-}
-
-pave_result pave_plan(pave_context *context, const char *drawing, const pave_lay_params *given,
-                      const pave_stream_params *stream_given, const char *manifest, int32_t *windows)
-{
-    if (!context)
-        return PAVE_ERR_ARGUMENT;
-    if (!drawing || !manifest || !windows)
-        return pv_fail(context, PAVE_ERR_ARGUMENT, "pave_plan: no drawing or no place for the plan");
-    int before = errno;
-    pave_stream_params params;
-    pave_result result = pv_params_read(context, &pv_stream_table, stream_given, &params);
-    stream *s = result ? NULL : begin(context, &result);
-    if (!s)
-        return result;
-    pv_call call = pv_call_begin(context, "plan", 0, 1);
-    result = make_plan(s, drawing, given, params.memory, 1);
-    pv_call_end(context, call);
-    *windows = s->plan.columns * s->plan.rows;
-    if (!result && *windows > PV_MOST_WINDOWS)
-        result = pv_fail(context, PAVE_ERR_LIMIT, "%d windows are beyond the limit of %d: give more memory",
-                         (int)*windows, (int)PV_MOST_WINDOWS);
-    char *path = result ? NULL : realpath(drawing, NULL);
-    s->plan.drawing = path;
-    if (!result)
-        result = pv_manifest_write(context, &s->plan, manifest);
-    free(path);
-    s->plan.drawing = NULL;
-    end(s);
-    errno = before;
-    return result;
-}
-
-static pave_result lay_shard(stream *s, const char *manifest, int32_t shard, const char *output)
-{
-    char path[PATH + 32];
-    pave_result result = pv_manifest_read(s->context, manifest, &s->plan);
-    if (result)
-        return result;
-    if (shard < 0 || shard >= s->plan.columns * s->plan.rows)
-        return pv_fail(s->context, PAVE_ERR_ARGUMENT, "shard is %d, but the plan has shards 0 .. %d", (int)shard,
-                       (int)(s->plan.columns * s->plan.rows - 1));
-    if (!output) {
-        result = make_folder(s, NULL, manifest);
-        part_path(s, shard, path);
-    }
-    if (!result)
-        result = read_drawing(s, s->plan.drawing, 0.1);
-    if (!result && (pv_bitmap_hash(&s->drawing) != s->plan.hash || s->drawing.width != s->plan.width))
-        result = pv_fail(s->context, PAVE_ERR_FORMAT, "%s: is not the drawing that %s was planned for",
-                         s->plan.drawing, manifest);
-    pv_call call = pv_call_begin(s->context, "lay", 0.1, 1);
-    if (!result)
-        result = lay_window(s, shard, output ? output : path);
-    pv_call_end(s->context, call);
-    return result;
-}
-
-pave_result pave_lay_shard(pave_context *context, const char *manifest, int32_t shard, const char *output)
-{
-    if (!context)
-        return PAVE_ERR_ARGUMENT;
-    if (!manifest)
-        return pv_fail(context, PAVE_ERR_ARGUMENT, "pave_lay_shard: no plan");
-    int before = errno;
-    pave_result result = PAVE_OK;
-    stream *s = begin(context, &result);
-    if (!s)
-        return result;
-    pv_call call = pv_call_begin(context, "lay", 0, 1);
-    result = lay_shard(s, manifest, shard, output);
-    pv_call_end(context, call);
-    end(s);
+    pv_stream_end(s);
     errno = before;
     return result;
 }

@@ -4,6 +4,7 @@
 layout(push_constant, std430) uniform Plane {
     int width, height, sites; // px, px, number
     int origin_x, origin_y;   // of the corner in the whole plane, 1/256 px
+    int period_x, period_y;   // after which home lattice and noise repeat, 1/256 px; 0: never
     int cell;                 // side of the home lattice's cells and of the buckets, 1/256 px
     int across, down;         // buckets in x and y
     int tiles_across;
@@ -18,6 +19,7 @@ layout(push_constant, std430) uniform Plane {
     int write;                // labels are wanted, not sums
     int patience;             // rounds that a search may take
     int block, columns, rows; // the tiles under way, a rectangle: the first, and their number in x and y
+    int excess;               // relaxation - 1, 1/65536
     int margin, grown;        // of the boxes drawn: what is proven, and what is drawn, 1/256 px
 } plane;
 

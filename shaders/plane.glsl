@@ -18,7 +18,7 @@ struct Chunk {
 };
 
 layout(std430, set = 0, binding = 0) buffer Sites { int site[]; };  // 6 a site: pave_site
-layout(std430, set = 0, binding = 1) buffer Homes { int home[]; };  // 3 a site: pv_home
+layout(std430, set = 0, binding = 1) buffer Homes { ivec4 home[]; }; // pv_home
 layout(std430, set = 0, binding = 2) buffer Sums { Sum sum[]; };
 layout(std430, set = 0, binding = 3) buffer Sorted { Site sorted[]; };
 // across + 1 a row: where bucket c of the row begins in `sorted`, and at c + 1 where it ends.
@@ -32,6 +32,8 @@ layout(std430, set = 0, binding = 7) buffer Labels { ivec4 labels[]; }; // 16 a 
 layout(std430, set = 0, binding = 8) buffer Totals {
     uint total_sorted, total_empty, total_moved, total_lost;
     uint total_radius; // no pixel is farther from its site
+    uint total_stray;  // no original is farther from its home cell
+    uint64_t total_way; // of all sites: the larger of the moves in x and in y
     uint far[];
 };
 layout(std430, set = 0, binding = 9) buffer Chunks { Chunk chunk[]; };

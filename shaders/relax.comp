@@ -4,6 +4,7 @@
 #include "plane.glsl"
 #include "fixed.glsl"
 #include "random.glsl"
+#include "lattice.glsl"
 #include "noise.glsl"
 
 layout(local_size_x = 64) in;
@@ -62,6 +63,13 @@ int mean(int64_t sum, int64_t count)
     return int(128 + int64_t(uint64_t(256 * sum + (count >> 1)) / uint64_t(count)));
 }
 
+// So far beyond the centroid as the relaxation says, or short of it.
+int past(int from, int middle)
+{
+    int way = int((int64_t(plane.excess) * (middle - from) + 32768) >> 16);
+    return middle + clamp(way, -plane.cell, plane.cell);
+}
+
 ivec2 centre(int i, ivec2 site_px, out bool empty)
 {
     Sum s = sum[i];
@@ -73,21 +81,42 @@ ivec2 centre(int i, ivec2 site_px, out bool empty)
     return empty ? ivec2(0) : ivec2(mean(x, count), mean(y, count));
 }
 
+// Another place in the same cell.
+int elsewhere(int place, int origin, Lattice l, uint word)
+{
+    int at = lattice_place(l, place + origin), cell = lattice_cell(l, at);
+    int start = lattice_start(l, cell);
+    return place - at + start + int(below(word, uint(lattice_start(l, cell + 1) - start)));
+}
+
 // An empty cell lies under the boxes of its neighbours; a new place at random in the lattice cell where the site lies
 // gets it out.
 ivec2 revived(int i, ivec2 p)
 {
-    uvec4 w = philox(uvec4(home[3 * i], home[3 * i + 1], plane.iteration * 64 + home[3 * i + 2], DRAW_REVIVE),
+    uvec4 w = philox(uvec4(home[i].xy, plane.iteration * 64 + home[i].z, DRAW_REVIVE),
                      uvec2(plane.seed_low, plane.seed_high));
-    return p - (p + ivec2(plane.origin_x, plane.origin_y)) % plane.cell +
-           ivec2(below(w.x, uint(plane.cell)), below(w.y, uint(plane.cell)));
+    return ivec2(elsewhere(p.x, plane.origin_x, lattice_of(plane.cell, plane.period_x), w.x),
+                 elsewhere(p.y, plane.origin_y, lattice_of(plane.cell, plane.period_y), w.y));
+}
+
+int beyond(int place, int origin, Lattice l, int cell)
+{
+    int at = place + origin;
+    return max(0, max(lattice_start(l, cell) - at, at - lattice_start(l, cell + 1)));
+}
+
+int stray(int i, ivec2 p)
+{
+    return max(beyond(p.x, plane.origin_x, lattice_of(plane.cell, plane.period_x), home[i].x),
+               beyond(p.y, plane.origin_y, lattice_of(plane.cell, plane.period_y), home[i].y));
 }
 
 ivec2 direction(ivec2 p, bool near, ivec2 normal)
 {
     if (near) // Eq. 3: a quarter turn from the gradient
         return ivec2(normal.y, -normal.x);
-    int64_t n = noise(plane.noise_key, p.x + plane.origin_x, p.y + plane.origin_y, plane.noise_wave);
+    int64_t n = noise(plane.noise_key, lattice_of(plane.noise_wave, plane.period_x),
+                      lattice_of(plane.noise_wave, plane.period_y), p.x + plane.origin_x, p.y + plane.origin_y);
     return turned(int(n * plane.noise_swing >> 16));
 }
 
@@ -105,7 +134,10 @@ void main()
     ivec2 last = 256 * ivec2(plane.width, plane.height) - 1, before = ivec2(site[6 * i], site[6 * i + 1]), normal;
     bool empty;
     ivec2 p = centre(i, before >> 8, empty);
-    p = clamp(empty ? revived(i, before) : p, ivec2(0), last);
+    if (home[i].w != 0) // copy.comp moves it
+        return;
+    p = empty ? revived(i, before) : ivec2(past(before.x, p.x), past(before.y, p.y));
+    p = clamp(p, ivec2(0), last);
     bool near = near_edge(p, distance, normal);
     if (near) {
         int way = plane.push_to - distance;
@@ -120,4 +152,8 @@ void main()
         atomicAdd(total_empty, 1);
     if (p != before)
         atomicAdd(total_moved, 1);
+    ivec2 move = abs(p - before);
+    atomicAdd(total_way, uint64_t(max(move.x, move.y)));
+    if (plane.period_x != 0)
+        atomicMax(total_stray, uint(stray(i, p)));
 }

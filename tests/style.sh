@@ -36,7 +36,7 @@ none "util must not know the context" '#include [<"](pave/(context|params|image|
 none "Vulkan headers only in lib/backend/vulkan" '#include <vulkan' lib cli examples --include=*.[ch] --exclude-dir=vulkan
 none "EGL and GLES headers only in lib/backend/egl" '#include <(EGL|GLES)' lib cli examples --include=*.[ch] --exclude-dir=egl
 none "OpenImageIO only in lib/io/oiio.cpp" '#include <OpenImageIO' lib cli examples --exclude=oiio.cpp
-none "OpenEXR only in lib/io/exr.c" '#include <openexr|#include <OpenEXR' lib cli examples --exclude=exr.c
+none "OpenEXR only in lib/io/exr*" '#include <openexr|#include <OpenEXR' lib cli examples --exclude='exr*.[ch]'
 none "cli and examples include <pave/...> only" '#include "(util|base|image|backend|field|cvd|stones|io)/' cli examples
 none "the library never prints, exits or touches the environment, the locale or signals" \
   '(^|[^a-z_])(printf|puts|putchar|perror|abort|exit|_exit|getenv|setenv|putenv|setlocale|signal|sigaction|system) ?\(' \

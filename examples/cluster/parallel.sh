@@ -6,4 +6,4 @@ drawing=$1 out=$2
 shift 2
 shards=$(pave plan "$drawing" -o "$out.plan.json" --memory 1G "$@")
 seq 0 $((shards - 1)) | parallel --halt now,fail=1 pave lay --manifest "$out.plan.json" --shard {} --quiet
-pave merge "$out.plan.json.parts"/*.stones -o "$out"
+pave merge --manifest "$out.plan.json" -o "$out"

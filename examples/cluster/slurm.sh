@@ -8,4 +8,4 @@ shift 2
 shards=$(pave plan "$drawing" -o "$out.plan.json" --memory 1G "$@")
 array=$(sbatch --parsable --requeue --cpus-per-task=2 --mem=1200M --array="0-$((shards - 1))" \
   --wrap "pave lay --manifest '$out.plan.json' --shard \$SLURM_ARRAY_TASK_ID --threads 2 --quiet")
-sbatch --dependency="afterok:$array" --mem=500M --wrap "pave merge '$out.plan.json.parts'/*.stones -o '$out'"
+sbatch --dependency="afterok:$array" --mem=500M --wrap "pave merge --manifest '$out.plan.json' -o '$out'"

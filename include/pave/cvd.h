@@ -16,7 +16,7 @@ typedef struct pave_cvd_params {
     size_t size;
     double half_side;       /* h: half the side of a mean stone, px; the text's default is 4 */
     int32_t stones;         /* 0, or the number of stones wanted: sets half_side by Eq. 1 */
-    int32_t iterations;     /* times that sites move to the centroid of their cell */
+    int32_t iterations;     /* most times that sites move to the centroid of their cell */
     uint64_t seed;          /* everything random follows from it */
     double cap;             /* half extent of the metric's flat box, half sides (Fig. 5 gives no number) */
     double scale_min;       /* the box is stretched by s_x, drawn uniformly from scale_min..scale_max */
@@ -28,11 +28,15 @@ typedef struct pave_cvd_params {
     int32_t window[4];      /* x, y, width, height of the part that is wanted, px; all 0: the whole plane */
     double window_margin;   /* how far around the window labels must be exact too, half sides: what the stones stage
                                looks at; pave_lay makes it larger where it has to */
+    double relaxation;      /* W: a site goes W times the way to the centroid of its cell, and then no farther from the
+                               centroid than 2h in x and in y; 1 is Lloyd's method, 1.5 to 1.8 is still sooner */
+    double until_still;     /* end before `iterations`, after the step in which the sites moved by no more than this on
+                               average, px; 0: never. Not for windows: it looks at all sites of the plane */
 } pave_cvd_params;
 
 #define PAVE_CVD_PARAMS_INIT \
     { sizeof(pave_cvd_params), 4.0, 0, 20, 1, 0.5, 0.5, 2.0, 180.0, 32.0, 1.5, 1.0, \
-      { 0, 0, 0, 0 }, 64.0 }
+      { 0, 0, 0, 0 }, 64.0, 1.0, 0.0 }
 
 PAVE_API void pave_cvd_params_init(pave_cvd_params *params, size_t size);
 
@@ -49,6 +53,8 @@ typedef struct pave_site {
  * is drawn again at random in the lattice cell (2h x 2h) where it lies.
  * A window has the labels and sites that the whole has there, bit for bit: more than the window is computed, as far as
  * iterations can carry something, and it is checked afterwards that it was enough.
+ * Where the field is periodic so is the diagram: a whole number of lattice cells fits into the drawing, sites have
+ * copies whole periods away, and a window may lie across the border: it begins inside the drawing and is no larger.
  * Cost: about iterations * pixels * 4 ns on one AVX2 core; memory 6 bytes a pixel and 150 a site. */
 PAVE_API pave_result pave_cvd_create(pave_context *context, const pave_field *field, const pave_cvd_params *params,
                                      pave_cvd **out);
@@ -69,9 +75,14 @@ PAVE_API const int32_t *pave_cvd_labels(const pave_cvd *cvd);
 PAVE_API int32_t pave_cvd_site_count(const pave_cvd *cvd);
 PAVE_API const pave_site *pave_cvd_sites(const pave_cvd *cvd);
 
-/* The number of each site in the whole plane; ascending. Where there is a window pave_cvd_sites holds the sites that
- * were computed for it, some of them around it and not exact. */
+/* The number of each site in the whole plane; ascending, but in a periodic one, where copies share theirs. Where there
+ * is a window pave_cvd_sites holds the sites that were computed for it, some of them around it and not exact. */
 PAVE_API const int32_t *pave_cvd_site_numbers(const pave_cvd *cvd);
+
+/* The steps that were done, `iterations` or less; and by how much the sites moved in the last one: the larger of the
+ * ways in x and in y, the mean over all sites, px; 0 without a step, -1 of a window, for which it is not known. */
+PAVE_API int32_t pave_cvd_steps(const pave_cvd *cvd);
+PAVE_API double pave_cvd_movement(const pave_cvd *cvd);
 
 /* The backend that ran (PAVE_BACKEND_), and its name, "cpu (AVX2)". */
 PAVE_API int32_t pave_cvd_backend(const pave_cvd *cvd);

@@ -20,10 +20,12 @@ enum {
 
 typedef struct pave_field_params {
     size_t size;
-    int32_t metric; /* PAVE_METRIC_ */
+    int32_t metric;   /* PAVE_METRIC_ */
+    int32_t periodic; /* 1: the drawing repeats in x and y for ever: what lies beyond its right border is its left part.
+                         So do the field, and the diagram and the stones that are made of it: they tile seamlessly */
 } pave_field_params;
 
-#define PAVE_FIELD_PARAMS_INIT { sizeof(pave_field_params), PAVE_METRIC_CHAMFER }
+#define PAVE_FIELD_PARAMS_INIT { sizeof(pave_field_params), PAVE_METRIC_CHAMFER, 0 }
 
 PAVE_API void pave_field_params_init(pave_field_params *params, size_t size);
 
@@ -41,7 +43,7 @@ PAVE_API int32_t pave_field_height(const pave_field *field);
 PAVE_API const float *pave_field_distance(const pave_field *field);
 
 /* Sobel gradient (Eq. 2) divided by 8, so that it is the change of distance per px, at every pixel. x grows to the
- * right and y grows DOWN, as rows do; outside the drawing the border pixel is repeated; where the distance is
+ * right and y grows DOWN, as rows do; outside a drawing that does not repeat is its border pixel; where the distance is
  * infinite the gradient is 0. `x` and `y` are the caller's, width*height floats each. Cost: one pass. */
 PAVE_API void pave_field_gradient(const pave_field *field, float *x, float *y);
 

@@ -21,17 +21,29 @@ PAVE_API pave_result pave_image_write(pave_context *context, const pave_image *i
 /* Writes stones as
  *   "svg"   one <polygon> a stone, in px of the drawing (viewBox "0 0 W H"), grouped by colour on a ground of grout
  *   "png"   a picture of them, one pixel to a pixel of the drawing, at most 16384 a side
- *   "json"  the report: pave_measure, parameters, seed, backend, versions
+ *   "json"  the report: pave_report, parameters, seed, backend, versions
  *   "stones" a binary file, for pave_stones_merge: docs/formats.md
  * NULL chooses by the ending of the path. The path "-" is standard output, as SVG unless a format is given. */
 PAVE_API pave_result pave_stones_write(pave_context *context, const pave_stones *stones, const char *path,
                                        const char *format);
+
+/* Reads stones back: a file that pave_stones_write wrote as "stones", or an SVG file of anyone's. Of SVG, every
+ * <polygon> and every <path> of straight lines is a stone, in the order of the file, which numbers their sites;
+ * viewBox, in px of the drawing, is the window. Corners are rounded to 1/1000 px; stones are taken as they are,
+ * good or not. A colour is black or white by its luma (128 of 255). Curves, transforms, style sheets and fills that
+ * are no plain colour are PAVE_ERR_UNSUPPORTED; other damage, and stones of several rings, PAVE_ERR_FORMAT with the
+ * line. What an SVG does not tell, as parameters, is as by default. Cost: the file is held in memory meanwhile. */
+PAVE_API pave_result pave_stones_read(pave_context *context, const char *path, pave_stones **out);
 
 /* Merges windows of one pavement, each a file that pave_stones_write wrote as "stones", into one file: the same bytes
  * as from the whole at once. Any number of stones and files: neither is held in memory. Not as "png". Two files with
  * the same stone, or of different pavements, are PAVE_ERR_FORMAT; windows that are missing are a warning. */
 PAVE_API pave_result pave_stones_merge(pave_context *context, const char *const *paths, int32_t count,
                                        const char *path, const char *format);
+
+/* Writes measures of stones as "json", or as "text": lines for people, which NULL means too. */
+PAVE_API pave_result pave_stones_measures_write(pave_context *context, const pave_stones_measures *measures,
+                                                const char *path, const char *format);
 
 /* The format that pave_stones_write would choose for a path; NULL if there is none. Never fails. Any thread. */
 PAVE_API const char *pave_stones_format(const char *path);

@@ -18,6 +18,7 @@ enum {
     PAVE_PARAMS_CVD = 5,       /* pave_cvd_params */
     PAVE_PARAMS_STONES = 6,    /* pave_stones_params */
     PAVE_PARAMS_STREAM = 7,    /* pave_stream_params */
+    PAVE_PARAMS_MEASURE = 8,   /* pave_stones_measure_params */
     PAVE_PARAMS_BTF_SYNTHESIS = 20, /* pave_btf_synthesis_params */
     PAVE_PARAMS_BTF_COMPRESS = 21,  /* pave_btf_compress_params */
     PAVE_PARAMS_BTF_VIEW = 22       /* pave_btf_view_params */

@@ -54,10 +54,13 @@ PAVE_API pave_result pave_lay_file(pave_context *context, const char *drawing, c
 /* The same for many processes or machines. pave_plan writes a plan, a JSON file with the windows, all parameters and
  * the drawing's hash, and tells the number of windows. pave_lay_shard lays one of them, 0 .. windows-1, into `output`,
  * or if that is NULL into the plan's name + ".parts/NNNNNN.stones": it does nothing if that is already there, and
- * leaves nothing half done, so it may be run again, and twice at once. pave_stones_merge puts the parts together. */
+ * leaves nothing half done, so it may be run again, and twice at once. pave_plan_merge puts the parts together, each of
+ * the outputs (.svg, .json or .stones) in turn, and fails if one is missing; it leaves them where they are. */
 PAVE_API pave_result pave_plan(pave_context *context, const char *drawing, const pave_lay_params *params,
                                const pave_stream_params *stream, const char *manifest, int32_t *windows);
 PAVE_API pave_result pave_lay_shard(pave_context *context, const char *manifest, int32_t shard, const char *output);
+PAVE_API pave_result pave_plan_merge(pave_context *context, const char *manifest, const char *const *outputs,
+                                     int32_t count);
 
 /* A graphics device or processor that a backend can run on. */
 typedef struct pave_device {

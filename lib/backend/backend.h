@@ -7,22 +7,29 @@
 #include <pave/pave.h>
 
 /* The lattice cell that a site was first drawn in, and the number of the draw in its block: its name for ever, and
- * what its random numbers are counted by. */
+ * what its random numbers are counted by. A site with an original, the one of index original - 1, has no home but
+ * stays (x, y) away from it (1/256 px): its copy, some periods away. */
 typedef struct pv_home {
-    int32_t x, y, slot;
+    int32_t x, y, slot, original;
 } pv_home;
+
+enum { PV_NEAR = 8 };
 
 /* The problem: a plane of pixels with sites on it, and how they move. Lengths are in 1/256 px. */
 typedef struct pv_plane {
     int32_t width, height;      /* px */
     int32_t origin_x, origin_y; /* of the corner in the whole plane, which homes and noise belong to: 1/256 px */
+    int32_t period_x, period_y; /* after which home lattice and noise repeat, 1/256 px; 0: never */
+    int32_t copies;             /* some sites have an original */
     int32_t sites;
     const pave_site *start; /* in index order, which is the order of their home blocks and cells */
     const pv_home *home;
     const uint16_t *edge;   /* distance to the nearest edge in 2^edge_shift / 256 px, saturated; NULL: no edges */
     int32_t edge_shift;
+    const uint8_t *near;    /* for each PV_NEAR x PV_NEAR px: is one within push_within of an edge? NULL: not known */
     int32_t cell;           /* side of the home lattice's cells, 2h */
     int32_t push_within, push_to;
+    int32_t excess;             /* relaxation - 1, 1/65536: how far a site goes beyond the centroid */
     int32_t noise_wave;
     int32_t noise_swing;    /* greatest rotation, 65536 to a turn */
     uint32_t noise_key;
@@ -33,7 +40,9 @@ typedef struct pv_plane {
 typedef struct pv_step {
     int64_t empty; /* cells without a pixel */
     int64_t moved; /* sites that are not where they were */
+    int64_t way;   /* of all sites: the larger of the moves in x and in y, 1/256 px */
     int32_t radius; /* no pixel was farther from its site; an upper bound, 1/256 px */
+    int32_t stray; /* where sites have copies: no original is farther from its home cell, in x or in y, 1/256 px */
 } pv_step;
 
 typedef struct pv_backend {

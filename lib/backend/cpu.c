@@ -6,7 +6,10 @@
 #include "util/fixed.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+
+enum { MOST_PARTS = 16 };
 
 void pv_cpu_close(void *engine)
 {
@@ -19,7 +22,19 @@ void pv_cpu_close(void *engine)
     pv_release(cpu->index);
     pv_release(cpu->sorted);
     pv_release(cpu->columns.x);
+    pv_release(cpu->place);
+    pv_release(cpu->block_first);
+    pv_release(cpu->near);
     pv_release(cpu);
+}
+
+static int by_columns(const pv_cpu *cpu)
+{
+#ifdef PV_AVX2
+    return cpu->label_row == pv_label_row_avx2;
+#else
+    return cpu->label_row == NULL;
+#endif
 }
 
 /* One block for the five columns. */
@@ -40,21 +55,57 @@ static pave_result allocate_columns(pave_context *context, pv_cpu *cpu)
     return result;
 }
 
-static pave_result allocate(pave_context *context, pv_cpu *cpu)
+static void fill_squeeze(uint64_t *squeeze)
+{
+    for (uint32_t mask = 0; mask < 1 << PV_LANES; mask++) {
+        squeeze[mask] = 0;
+        for (uint64_t lane = 0, at = 0; lane < PV_LANES; lane++)
+            if (mask >> lane & 1) {
+                squeeze[mask] |= lane << at;
+                at += 8;
+            }
+    }
+}
+
+static pave_result allocate_buckets(pave_context *context, pv_cpu *cpu)
 {
     pave_result result = PAVE_OK;
-    size_t n = (size_t)cpu->plane.sites, buckets = (size_t)cpu->across * (size_t)cpu->down;
-    cpu->sites = pv_allocate(context, n, sizeof *cpu->sites, &result);
+    cpu->first = pv_allocate(context, (size_t)cpu->buckets + 1, sizeof *cpu->first, &result);
+    if (!result)
+        cpu->place = pv_allocate(context, (size_t)cpu->buckets * (size_t)cpu->parts, sizeof *cpu->place, &result);
+    if (!result)
+        cpu->block_first = pv_allocate(context, (size_t)pv_cpu_blocks(cpu->buckets), sizeof *cpu->block_first, &result);
+    if (!result)
+        cpu->first[cpu->buckets] = cpu->plane.sites;
+    return result;
+}
+
+static size_t near_across(const pv_cpu *cpu)
+{
+    return (size_t)pv_ceil_div(cpu->plane.width, PV_NEAR);
+}
+
+static size_t near_rows(const pv_cpu *cpu)
+{
+    return (size_t)pv_ceil_div(cpu->plane.height, PV_NEAR);
+}
+
+static pave_result allocate(pave_context *context, pv_cpu *cpu)
+{
+    size_t n = (size_t)cpu->plane.sites;
+    pave_result result = allocate_buckets(context, cpu);
+    if (!result && cpu->plane.edge)
+        cpu->near = pv_allocate(context, near_across(cpu) * near_rows(cpu), 1, &result);
+    if (!result)
+        cpu->sites = pv_allocate(context, n, sizeof *cpu->sites, &result);
     if (!result)
         cpu->sums = pv_allocate_zeroed(context, n * (size_t)cpu->workers, sizeof *cpu->sums, &result);
     if (!result)
-        cpu->first = pv_allocate(context, buckets + 1, sizeof *cpu->first, &result);
-    if (!result)
         cpu->index = pv_allocate_zeroed(context, n + PV_LANES, sizeof *cpu->index, &result);
-    if (!result)
-        cpu->sorted = pv_allocate(context, n, sizeof *cpu->sorted, &result);
-    if (!result)
+    if (!result && by_columns(cpu))
         result = allocate_columns(context, cpu);
+    else if (!result)
+        cpu->sorted = pv_allocate(context, n, sizeof *cpu->sorted, &result);
     return result;
 }
 
@@ -70,7 +121,10 @@ pave_result pv_cpu_open(pave_context *context, const pv_plane *plane, pv_label_r
     cpu->bucket = plane->cell + plane->cell / 4; /* then a row of a window is about a vector of sites */
     cpu->across = (int32_t)pv_ceil_div(256 * (int64_t)plane->width, cpu->bucket);
     cpu->down = (int32_t)pv_ceil_div(256 * (int64_t)plane->height, cpu->bucket);
+    cpu->buckets = (int64_t)cpu->across * cpu->down;
+    cpu->parts = cpu->workers < MOST_PARTS ? cpu->workers : MOST_PARTS;
     cpu->reach = pv_plane_reach(plane);
+    fill_squeeze(cpu->squeeze);
     result = allocate(context, cpu);
     if (result) {
         pv_cpu_close(cpu);
@@ -115,44 +169,6 @@ static pave_result cpu_open(pave_context *context, const pv_plane *plane, void *
     return pv_cpu_open(context, plane, pv_label_row_portable, engine);
 }
 
-static int32_t bucket_of(const pv_cpu *cpu, const pave_site *site)
-{
-    return site->y / cpu->bucket * cpu->across + site->x / cpu->bucket;
-}
-
-static void fill_columns(pv_cpu *cpu)
-{
-    pv_columns *c = &cpu->columns;
-    for (int32_t i = 0; i < cpu->plane.sites; i++) {
-        const pave_site *s = &cpu->sorted[i];
-        int32_t a = s->half_x < 32767 ? s->half_x : 32767, b = s->half_y < 32767 ? s->half_y : 32767;
-        c->x[i] = s->x;
-        c->y[i] = s->y;
-        c->cosine[i] = s->cosine;
-        c->sine[i] = s->sine;
-        c->box[i] = b << 16 | a;
-    }
-}
-
-/* Counting sort; within a bucket the order of the indices stays. */
-void pv_cpu_sort(pv_cpu *cpu)
-{
-    int32_t n = cpu->plane.sites, buckets = cpu->across * cpu->down;
-    memset(cpu->first, 0, ((size_t)buckets + 1) * sizeof *cpu->first);
-    for (int32_t i = 0; i < n; i++)
-        cpu->first[bucket_of(cpu, &cpu->sites[i]) + 1]++;
-    for (int32_t k = 0; k < buckets; k++)
-        cpu->first[k + 1] += cpu->first[k];
-    for (int32_t i = 0; i < n; i++) {
-        int32_t at = cpu->first[bucket_of(cpu, &cpu->sites[i])]++;
-        cpu->index[at] = i;
-        cpu->sorted[at] = cpu->sites[i];
-    }
-    memmove(cpu->first + 1, cpu->first, (size_t)buckets * sizeof *cpu->first);
-    cpu->first[0] = 0;
-    fill_columns(cpu);
-}
-
 typedef struct label_job {
     pv_cpu *cpu;
     int32_t *labels;
@@ -171,9 +187,10 @@ static pave_result label_all(pave_context *context, pv_cpu *cpu, int32_t *labels
                              int32_t *radius)
 {
     label_job job = { .cpu = cpu, .labels = labels };
-    pv_cpu_sort(cpu);
     int32_t rows = (int32_t)pv_ceil_div(cpu->plane.height, PV_TILE);
-    pave_result result = pv_parallel(context, rows, label_task, &job, from, to);
+    pave_result result = pv_cpu_sort(context, cpu, from);
+    if (!result)
+        result = pv_parallel(context, rows, label_task, &job, from, to);
     *radius = atomic_load(&job.radius);
     return result;
 }
@@ -181,10 +198,17 @@ static pave_result label_all(pave_context *context, pv_cpu *cpu, int32_t *labels
 typedef struct relax_job {
     pv_cpu *cpu;
     int32_t iteration;
-    atomic_llong empty, moved;
+    atomic_llong empty, moved, way;
+    atomic_int stray;
 } relax_job;
 
 enum { CHUNK = 4096, AHEAD = 12 };
+
+static int32_t move_of(const pave_site *before, const pave_site *after)
+{
+    int32_t x = abs(after->x - before->x), y = abs(after->y - before->y);
+    return x > y ? x : y;
+}
 
 static void relax_task(void *data, int32_t chunk, int32_t worker)
 {
@@ -192,7 +216,8 @@ static void relax_task(void *data, int32_t chunk, int32_t worker)
     relax_job *job = data;
     pv_cpu *cpu = job->cpu;
     int32_t n = cpu->plane.sites, to = (chunk + 1) * CHUNK < n ? (chunk + 1) * CHUNK : n;
-    int64_t empty = 0, moved = 0;
+    int64_t empty = 0, moved = 0, way = 0;
+    int32_t stray = 0;
     pv_noise_cell cell = { .known = 0 };
     for (int32_t i = chunk * CHUNK; i < to; i++) {
         pv_sum sum = { 0, 0, 0 };
@@ -203,22 +228,54 @@ static void relax_task(void *data, int32_t chunk, int32_t worker)
             pv_sum_add(&sum, part->count, part->x, part->y);
             *part = (pv_sum){ 0, 0, 0 };
         }
+        if (cpu->plane.copies && cpu->plane.home[i].original)
+            continue;
         pave_site before = cpu->sites[i];
         pv_site_relax(&cpu->plane, i, job->iteration, &sum, &cell, &cpu->sites[i]);
         empty += !sum.count;
-        moved += before.x != cpu->sites[i].x || before.y != cpu->sites[i].y;
+        int32_t move = move_of(&before, &cpu->sites[i]);
+        moved += move > 0;
+        way += move;
+        if (cpu->plane.copies && pv_site_stray(&cpu->plane, i, &cpu->sites[i]) > stray)
+            stray = pv_site_stray(&cpu->plane, i, &cpu->sites[i]);
     }
+    pv_raise(&job->stray, stray);
     atomic_fetch_add(&job->empty, empty);
     atomic_fetch_add(&job->moved, moved);
+    atomic_fetch_add(&job->way, way);
+}
+
+static void near_task(void *data, int32_t row, int32_t worker)
+{
+    (void)worker;
+    pv_cpu *cpu = data;
+    pv_near_row(&cpu->plane, row, cpu->near + (size_t)row * near_across(cpu));
+}
+
+/* Before the first sites move. */
+static pave_result find_near(pave_context *context, pv_cpu *cpu, double at)
+{
+    if (!cpu->near || cpu->plane.near)
+        return PAVE_OK;
+    pave_result result = pv_parallel(context, (int32_t)near_rows(cpu), near_task, cpu, at, at);
+    cpu->plane.near = result ? NULL : cpu->near;
+    return result;
 }
 
 pave_result pv_cpu_relax(pave_context *context, pv_cpu *cpu, int32_t iteration, double from, double to, pv_step *out)
 {
     relax_job job = { .cpu = cpu, .iteration = iteration };
     int32_t chunks = (int32_t)pv_ceil_div(cpu->plane.sites, CHUNK);
-    pave_result result = pv_parallel(context, chunks, relax_task, &job, from, to);
+    pave_result result = find_near(context, cpu, from);
+    if (!result)
+        result = pv_parallel(context, chunks, relax_task, &job, from, to);
+    for (int32_t i = 0; i < cpu->plane.sites && cpu->plane.copies; i++)
+        if (cpu->plane.home[i].original)
+            pv_site_copy(&cpu->plane, i, cpu->sites);
+    out->stray = atomic_load(&job.stray);
     out->empty = atomic_load(&job.empty);
     out->moved = atomic_load(&job.moved);
+    out->way = atomic_load(&job.way);
     return result;
 }
 

@@ -15,8 +15,7 @@ typedef struct pv_cpu pv_cpu;
  * an upper bound of the distance from a pixel to its site, 1/256 px. */
 typedef int32_t pv_label_row(const pv_cpu *cpu, int32_t ty, pv_sum *sums, int32_t *labels);
 
-/* The sorted sites once more, member by member, for vectors: PV_LANES can be read from any place on. Only AVX2 has
- * them. */
+/* Sorted sites member by member, for vectors: PV_LANES can be read from any place on. */
 typedef struct pv_columns {
     int32_t *x, *y, *cosine, *sine;
     int32_t *box; /* half_x in the low 16 bits, half_y in the high ones, cut to 32767 */
@@ -28,14 +27,24 @@ struct pv_cpu {
     pave_site *sites;
     int32_t workers;
     pv_sum *sums; /* workers * sites */
-    /* Sites sorted into square buckets, row by row: bucket k holds sorted[first[k]] .. sorted[first[k+1]-1]. */
+    uint8_t *near; /* plane.near */
+    /* Sites sorted into square buckets, row by row: bucket k has the places first[k] .. first[k+1]-1. */
     int32_t bucket, across, down; /* side in 1/256 px, buckets in x and y */
-    int32_t reach;                /* the greatest distance from a site to the corner of its box */
+    int64_t buckets;
+    int32_t reach; /* the greatest distance from a site to the corner of its box */
     int32_t *first;
-    int32_t *index;    /* which site, in sorted order */
-    pave_site *sorted; /* copies, so that neighbours lie together */
-    pv_columns columns;
+    int32_t *index;     /* which site, in sorted order */
+    pave_site *sorted;  /* copies, so that neighbours lie together: */
+    pv_columns columns; /* the one or the other */
+    uint64_t squeeze[1 << PV_LANES]; /* of the bits set in a mask of lanes, the lanes, in a byte each */
+    int32_t parts;      /* that are sorted side by side */
+    int32_t *place, *block_first;
 };
+
+static inline const pave_site *pv_cpu_sorted(const pv_cpu *cpu, int32_t at)
+{
+    return cpu->sorted ? &cpu->sorted[at] : &cpu->sites[cpu->index[at]];
+}
 
 /* kernels */
 pv_label_row pv_label_row_reference, pv_label_row_portable;
@@ -44,10 +53,11 @@ pv_label_row pv_label_row_reference, pv_label_row_portable;
 pv_label_row pv_label_row_avx2;
 #endif
 
-/* The frame: `sites` begin as the plane's, pv_cpu_sort sorts them into the buckets, and pv_cpu_relax moves them by the
- * sums of all workers, which it clears. */
+/* The frame: `sites` begin as the plane's, pv_cpu_sort sorts them into the buckets (progress stays `at`), and
+ * pv_cpu_relax moves them by the sums of all workers, which it clears. */
 pave_result pv_cpu_open(pave_context *context, const pv_plane *plane, pv_label_row *kernel, void **engine);
-void pv_cpu_sort(pv_cpu *cpu);
+pave_result pv_cpu_sort(pave_context *context, pv_cpu *cpu, double at);
+int32_t pv_cpu_blocks(int64_t buckets); /* the length of block_first */
 pave_result pv_cpu_relax(pave_context *context, pv_cpu *cpu, int32_t iteration, double from, double to, pv_step *out);
 void pv_cpu_close(void *engine);
 

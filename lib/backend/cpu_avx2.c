@@ -46,9 +46,9 @@ typedef struct tile {
     int32_t meant[VECTORS]; /* how many of its sites are in the window; the others are sites all the same, or far */
     __m256i distance[VECTORS][QUARTERS];
     int32_t count;                      /* candidates */
-    int32_t found[SLOTS];               /* their places in the columns */
+    int32_t found[SLOTS + PV_LANES];    /* their places in the columns */
     int32_t unsorted[SLOTS + PV_LANES]; /* their indices */
-    int32_t place[SLOTS], index[SLOTS]; /* both again, by rank */
+    int32_t place[SLOTS + 1], index[SLOTS + 1]; /* both again, by rank */
     __m256i owner[PV_TILE];             /* each pixel's rank, row by row */
     __m256i farthest;                   /* the greatest squared distances of all tiles so far */
 } tile;
@@ -66,6 +66,11 @@ static inline int32_t max(int32_t a, int32_t b)
 static inline __m256i load(const int32_t *from)
 {
     return _mm256_loadu_si256((const __m256i *)(const void *)from);
+}
+
+static inline void store(int32_t *to, __m256i v)
+{
+    _mm256_storeu_si256((__m256i *)(void *)to, v);
 }
 
 static inline __m256i broadcast(const int32_t *from)
@@ -207,32 +212,50 @@ static inline void list(const pv_cpu *cpu, tile *t, __m128i bounds)
     __m256i within[QUARTERS] = { _mm256_shuffle_epi32(b, 0x00), _mm256_shuffle_epi32(b, 0x55),
                                  _mm256_shuffle_epi32(b, 0xaa), _mm256_shuffle_epi32(b, 0xff) };
     t->count = 0;
-    for (int32_t from = 0; from < t->vectors; from += 8) {
-        int32_t to = from + 8 < t->vectors ? from + 8 : t->vectors;
-        uint64_t keep = 0;
-        for (int32_t i = from; i < to; i++)
-            keep |= (uint64_t)_bzhi_u32(kept(t->distance[i], within), (uint32_t)t->meant[i]) << 8 * (i - from);
-        for (; keep; keep &= keep - 1) {
-            int32_t slot = (int32_t)_tzcnt_u64(keep), at = t->base[from + slot / 8] + slot % 8;
-            t->found[t->count] = at;
-            t->unsorted[t->count++] = cpu->index[at];
-        }
+    for (int32_t i = 0; i < t->vectors; i++) {
+        uint32_t keep = _bzhi_u32(kept(t->distance[i], within), (uint32_t)t->meant[i]);
+        __m256i chosen = _mm256_cvtepu8_epi32(_mm_loadl_epi64((const __m128i *)(const void *)&cpu->squeeze[keep]));
+        __m256i places = _mm256_add_epi32(_mm256_set1_epi32(t->base[i]), chosen);
+        store(t->found + t->count, places);
+        store(t->unsorted + t->count, _mm256_permutevar8x32_epi32(load(cpu->index + t->base[i]), chosen));
+        t->count += _mm_popcnt_u32(keep);
     }
 }
 
-/* Ranks the candidates by index: each one's place is the number of lower indices. */
+/* How many of eight indices are lower than each. */
+static inline __m256i ranks_of(__m256i v)
+{
+    __m256i turn = _mm256_setr_epi32(1, 2, 3, 4, 5, 6, 7, 0), w = v, rank = _mm256_setzero_si256();
+    for (int i = 1; i < PV_LANES; i++) {
+        w = _mm256_permutevar8x32_epi32(w, turn);
+        rank = _mm256_sub_epi32(rank, _mm256_cmpgt_epi32(v, w));
+    }
+    return rank;
+}
+
+/* Ranks the candidates by index: each one's place is the number of lower indices. What is no candidate ranks after
+ * them all. */
 static inline void sort(tile *t)
 {
-    _mm256_storeu_si256((__m256i *)(void *)(t->unsorted + t->count), _mm256_set1_epi32(INT32_MAX));
+    int32_t rank[PV_LANES];
+    store(t->unsorted + t->count, _mm256_set1_epi32(INT32_MAX));
+    if (t->count <= PV_LANES) {
+        store(rank, ranks_of(load(t->unsorted)));
+        for (int32_t k = 0; k < PV_LANES; k++) {
+            t->index[rank[k]] = t->unsorted[k];
+            t->place[rank[k]] = t->found[k];
+        }
+        return;
+    }
     for (int32_t k = 0; k < t->count; k++) {
         __m256i index = broadcast(t->unsorted + k);
-        int32_t rank = 0;
+        int32_t at = 0;
         for (int32_t j = 0; j < t->count; j += PV_LANES) {
             __m256i lower = _mm256_cmpgt_epi32(index, load(t->unsorted + j));
-            rank += _mm_popcnt_u32((uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(lower)));
+            at += _mm_popcnt_u32((uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(lower)));
         }
-        t->index[rank] = t->unsorted[k];
-        t->place[rank] = t->found[k];
+        t->index[at] = t->unsorted[k];
+        t->place[at] = t->found[k];
     }
 }
 
@@ -267,10 +290,12 @@ static inline void decide(const pv_cpu *cpu, tile *t, __m128i bits)
         }
     } while (++k < t->count);
     __m256i ranks = _mm256_sub_epi32(_mm256_sll_epi32(_mm256_set1_epi32(1), bits), _mm256_set1_epi32(1));
+    __m256i most = key[0];
     for (int r = 0; r < PV_TILE; r++) {
         t->owner[r] = _mm256_and_si256(key[r], ranks);
-        t->farthest = _mm256_max_epu32(t->farthest, _mm256_srl_epi32(key[r], bits));
+        most = _mm256_max_epu32(most, key[r]);
     }
+    t->farthest = _mm256_max_epu32(t->farthest, _mm256_srl_epi32(most, bits));
 }
 
 /* The owners of four rows as bytes: columns 0..3 of each row, then columns 4..7 of each. */
@@ -358,10 +383,10 @@ int32_t pv_label_row_avx2(const pv_cpu *cpu, int32_t ty, pv_sum *sums, int32_t *
             radius = max(radius, pv_label_tile_portable(cpu, t.x0, t.y0, sums, labels));
             t.margin = first_margin(cpu);
         }
-    uint32_t squares[PV_LANES];
-    _mm256_storeu_si256((__m256i *)(void *)squares, t.farthest);
+    int32_t squares[PV_LANES];
+    store(squares, t.farthest);
     for (int i = 0; i < PV_LANES; i++)
-        radius = max(radius, (int32_t)pv_isqrt(squares[i]) + 1 + cpu->reach + PV_METRIC_SLACK);
+        radius = max(radius, (int32_t)pv_isqrt((uint32_t)squares[i]) + 1 + cpu->reach + PV_METRIC_SLACK);
     return radius;
 }
 

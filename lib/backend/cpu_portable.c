@@ -47,7 +47,7 @@ static void search_run(const pv_cpu *cpu, int32_t row, int32_t left, int32_t rig
 {
     const int32_t *first = cpu->first + (int64_t)row * cpu->across;
     for (int32_t i = first[left]; i < first[right + 1]; i++) {
-        uint64_t d = pv_metric(&cpu->sorted[i], x, y);
+        uint64_t d = pv_metric(pv_cpu_sorted(cpu, i), x, y);
         if (d < *least || (d == *least && cpu->index[i] < *label))
             *least = d, *label = cpu->index[i];
     }
@@ -121,14 +121,15 @@ static int32_t find_candidates(const pv_cpu *cpu, tile *t)
     for (int32_t row = b.top; row <= b.bottom; row++) {
         const int32_t *first = cpu->first + (int64_t)row * cpu->across;
         for (int32_t i = first[b.left]; i < first[b.right + 1]; i++) {
-            if (pv_metric(&cpu->sorted[i], t->cx, t->cy) > within)
+            const pave_site *site = pv_cpu_sorted(cpu, i);
+            if (pv_metric(site, t->cx, t->cy) > within)
                 continue;
             if (t->count == CAPACITY) {
                 t->count = CAPACITY + 1;
                 return radius;
             }
-            t->narrow &= is_narrow(t, &cpu->sorted[i]);
-            add_candidate(t, cpu->index[i], &cpu->sorted[i]);
+            t->narrow &= is_narrow(t, site);
+            add_candidate(t, cpu->index[i], site);
         }
     }
     return radius;

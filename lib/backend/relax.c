@@ -17,13 +17,45 @@ static int32_t edge_at(const pv_plane *plane, int32_t x, int32_t y)
     return plane->edge[(int64_t)y * plane->width + x];
 }
 
+static int32_t across(const pv_plane *plane)
+{
+    return (plane->width + PV_NEAR - 1) / PV_NEAR;
+}
+
+/* Is some pixel of the square around near an edge? The squares fit a cache, and the edges of a large plane do not. */
+static inline int may_be_near(const pv_plane *plane, int32_t px, int32_t py)
+{
+    return plane->edge &&
+           (!plane->near || plane->near[(int64_t)(py / PV_NEAR) * across(plane) + px / PV_NEAR]);
+}
+
+static int any_below(const uint16_t *edge, int64_t stride, int32_t columns, int32_t rows, int32_t limit)
+{
+    int any = 0;
+    for (int32_t y = 0; y < rows; y++, edge += stride)
+        for (int32_t x = 0; x < columns; x++)
+            any |= edge[x] < limit;
+    return any;
+}
+
+void pv_near_row(const pv_plane *plane, int32_t row, uint8_t *near)
+{
+    int32_t y = row * PV_NEAR, rows = y + PV_NEAR < plane->height ? PV_NEAR : plane->height - y;
+    int32_t limit = (int32_t)pv_ceil_div(plane->push_within, 1 << plane->edge_shift);
+    const uint16_t *edge = plane->edge + (int64_t)y * plane->width;
+    for (int32_t x = 0; x < plane->width; x += PV_NEAR) {
+        int32_t columns = x + PV_NEAR < plane->width ? PV_NEAR : plane->width - x;
+        near[x / PV_NEAR] = (uint8_t)any_below(edge + x, plane->width, columns, rows, limit);
+    }
+}
+
 void pv_site_prefetch(const pv_plane *plane, const pave_site *site)
 {
-    if (!plane->edge)
+    int32_t px = site->x >> 8, py = site->y >> 8;
+    if (!may_be_near(plane, px, py))
         return;
-    int32_t x = clamp(site->x >> 8, 0, plane->width - 1);
-    for (int32_t y = (site->y >> 8) - 1; y <= (site->y >> 8) + 1; y++)
-        __builtin_prefetch(&plane->edge[(int64_t)clamp(y, 0, plane->height - 1) * plane->width + x]);
+    for (int32_t y = py - 1; y <= py + 1; y++)
+        __builtin_prefetch(&plane->edge[(int64_t)clamp(y, 0, plane->height - 1) * plane->width + px]);
 }
 
 typedef struct edge_near {
@@ -54,9 +86,9 @@ static int normalise(int64_t x, int64_t y, int32_t *nx, int32_t *ny)
 /* Is (x, y) within push_within of an edge, and how does the distance change there? Sobel, normalised. */
 static int near_edge(const pv_plane *plane, int32_t x, int32_t y, edge_near *out)
 {
-    if (!plane->edge)
-        return 0;
     int32_t px = x >> 8, py = y >> 8;
+    if (!may_be_near(plane, px, py))
+        return 0;
     out->distance = edge_at(plane, px, py) << plane->edge_shift;
     if (out->distance >= plane->push_within)
         return 0;
@@ -73,8 +105,10 @@ static void turn(const pv_plane *plane, pave_site *site, const edge_near *edge, 
         site->cosine = edge->ny;
         site->sine = -edge->nx;
     } else {
-        int64_t noise = pv_noise(cell, plane->noise_key, site->x + plane->origin_x, site->y + plane->origin_y,
-                                 plane->noise_wave);
+        pv_lattice across = pv_lattice_of(plane->noise_wave, plane->period_x);
+        pv_lattice down = pv_lattice_of(plane->noise_wave, plane->period_y);
+        int64_t noise = pv_noise(cell, plane->noise_key, &across, &down, site->x + plane->origin_x,
+                                 site->y + plane->origin_y);
         pv_turn((int32_t)(noise * plane->noise_swing >> 16), &site->cosine, &site->sine);
     }
 }
@@ -91,6 +125,14 @@ static int32_t mean(int64_t sum, int64_t count)
     return (int32_t)(128 + pv_floor_div(256 * sum + count / 2, count));
 }
 
+/* Another place in the same cell. */
+static int32_t elsewhere(int32_t place, int32_t origin, pv_lattice lattice, uint32_t word)
+{
+    int32_t at = pv_lattice_place(&lattice, place + origin), cell = pv_lattice_cell(&lattice, at);
+    int32_t start = (int32_t)pv_lattice_start(&lattice, cell), end = (int32_t)pv_lattice_start(&lattice, cell + 1);
+    return place - at + start + (int32_t)pv_below(word, (uint32_t)(end - start));
+}
+
 /* An empty cell lies under the boxes of its neighbours; a new place at random in the lattice cell where the site lies
  * gets it out. */
 static void revive(const pv_plane *plane, int32_t index, int32_t iteration, pave_site *site)
@@ -98,16 +140,47 @@ static void revive(const pv_plane *plane, int32_t index, int32_t iteration, pave
     const pv_home *home = &plane->home[index];
     pv_random r = pv_draw(plane->seed, PV_DRAW_REVIVE, (uint32_t)home->x, (uint32_t)home->y,
                           (uint32_t)(iteration * 64 + home->slot));
-    site->x -= (site->x + plane->origin_x) % plane->cell - (int32_t)pv_below(r.word[0], (uint32_t)plane->cell);
-    site->y -= (site->y + plane->origin_y) % plane->cell - (int32_t)pv_below(r.word[1], (uint32_t)plane->cell);
+    site->x = elsewhere(site->x, plane->origin_x, pv_lattice_of(plane->cell, plane->period_x), r.word[0]);
+    site->y = elsewhere(site->y, plane->origin_y, pv_lattice_of(plane->cell, plane->period_y), r.word[1]);
+}
+
+static int32_t beyond(int32_t place, int32_t origin, pv_lattice lattice, int32_t cell)
+{
+    int64_t at = (int64_t)place + origin, start = pv_lattice_start(&lattice, cell);
+    int64_t end = pv_lattice_start(&lattice, cell + 1);
+    return (int32_t)(at < start ? start - at : at > end ? at - end : 0);
+}
+
+int32_t pv_site_stray(const pv_plane *plane, int32_t index, const pave_site *site)
+{
+    const pv_home *home = &plane->home[index];
+    int32_t x = beyond(site->x, plane->origin_x, pv_lattice_of(plane->cell, plane->period_x), home->x);
+    int32_t y = beyond(site->y, plane->origin_y, pv_lattice_of(plane->cell, plane->period_y), home->y);
+    return x > y ? x : y;
+}
+
+void pv_site_copy(const pv_plane *plane, int32_t index, pave_site *sites)
+{
+    const pv_home *home = &plane->home[index];
+    pave_site *site = &sites[index];
+    *site = sites[home->original - 1];
+    site->x = clamp(site->x + home->x, 0, 256 * plane->width - 1);
+    site->y = clamp(site->y + home->y, 0, 256 * plane->height - 1);
+}
+
+/* So far beyond the centroid as the relaxation says, or short of it; windows rely on the bound. */
+static int32_t past_centroid(const pv_plane *plane, int32_t from, int32_t centroid)
+{
+    int64_t way = ((int64_t)plane->excess * (centroid - from) + 32768) >> 16;
+    return centroid + clamp((int32_t)way, -plane->cell, plane->cell);
 }
 
 void pv_site_relax(const pv_plane *plane, int32_t index, int32_t iteration, const pv_sum *sum, pv_noise_cell *cell,
                    pave_site *site)
 {
     if (sum->count) {
-        site->x = mean(sum->x, sum->count);
-        site->y = mean(sum->y, sum->count);
+        site->x = past_centroid(plane, site->x, mean(sum->x, sum->count));
+        site->y = past_centroid(plane, site->y, mean(sum->y, sum->count));
     } else {
         revive(plane, index, iteration, site);
     }

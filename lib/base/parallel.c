@@ -149,3 +149,23 @@ pave_result pv_parallel(pave_context *context, int32_t tasks, pv_task *task, voi
     wait_for_run(pool);
     return result ? result : pv_progress(context, to);
 }
+
+typedef struct runs {
+    pv_run_task *task;
+    void *data;
+    int32_t count, run;
+} runs;
+
+static void run_task(void *data, int32_t index, int32_t worker)
+{
+    const runs *r = data;
+    int32_t begin = index * r->run, left = r->count - begin;
+    r->task(r->data, begin, begin + (left < r->run ? left : r->run), worker);
+}
+
+pave_result pv_parallel_runs(pave_context *context, int32_t count, int32_t run, pv_run_task *task, void *data,
+                             double from, double to)
+{
+    runs all = { task, data, count, run };
+    return pv_parallel(context, count ? (count - 1) / run + 1 : 0, run_task, &all, from, to);
+}

@@ -14,4 +14,9 @@ int32_t pv_workers(const pave_context *context);
  * task is running any more. Without threads to be had the calling one does it all. */
 pave_result pv_parallel(pave_context *context, int32_t tasks, pv_task *task, void *data, double from, double to);
 
+/* The same over 0 .. count-1 in runs of about so many: items begin .. end-1. */
+typedef void pv_run_task(void *data, int32_t begin, int32_t end, int32_t worker);
+pave_result pv_parallel_runs(pave_context *context, int32_t count, int32_t run, pv_run_task *task, void *data,
+                             double from, double to);
+
 void pv_pool_free(pv_pool *pool);

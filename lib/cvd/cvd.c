@@ -2,8 +2,6 @@
 #include "cvd/cvd.h"
 
 #include "field/field.h"
-#include "util/fixed.h"
-#include "util/random.h"
 
 #include <math.h>
 #include <string.h>
@@ -13,7 +11,7 @@ static const pave_cvd_params default_params = PAVE_CVD_PARAMS_INIT;
 static const pv_param cvd_rows[] = {
     PV_REAL(pave_cvd_params, half_side, "px", 1, 4096, "half the side of a mean stone"),
     PV_INTEGER(pave_cvd_params, stones, "", 0, 1 << 30, "number of stones wanted, instead of half-side; 0: none"),
-    PV_INTEGER(pave_cvd_params, iterations, "", 0, 10000, "times that sites move to the centroid of their cell"),
+    PV_INTEGER(pave_cvd_params, iterations, "", 0, 10000, "most times that sites move to the centroid of their cell"),
     PV_SEED(pave_cvd_params, seed, "another seed, another pavement"),
     PV_REAL(pave_cvd_params, cap, "half sides", 0, 1, "half extent of the metric's flat box"),
     PV_REAL(pave_cvd_params, scale_min, "", 0.1, 10, "least stretch of a box"),
@@ -24,6 +22,8 @@ static const pv_param cvd_rows[] = {
     PV_REAL(pave_cvd_params, push_to, "half sides", 0, 4, "to this distance from the edge"),
     PV_WINDOW(pave_cvd_params, window, "only this part of the plane, px [the whole]"),
     PV_REAL(pave_cvd_params, window_margin, "half sides", 0, 4096, "exact labels wanted around the window"),
+    PV_REAL(pave_cvd_params, relaxation, "", 0.1, 2, "sites go so many times the way to the centroid"),
+    PV_REAL(pave_cvd_params, until_still, "px", 0, 4096, "end when sites move by no more on average; 0: never"),
 };
 
 const pv_table pv_cvd_table = PV_TABLE("cvd", default_params, cvd_rows);
@@ -31,13 +31,6 @@ const pv_table pv_cvd_table = PV_TABLE("cvd", default_params, cvd_rows);
 void pave_cvd_params_init(pave_cvd_params *params, size_t size)
 {
     pv_params_init(&pv_cvd_table, params, size);
-}
-
-enum { FIELD_ROUNDING = 512 };
-
-static int32_t fixed(double v)
-{
-    return (int32_t)floor(256 * v + 0.5);
 }
 
 static int32_t plane_width(const pave_field *field) { return field->place.width; }
@@ -65,12 +58,20 @@ static pave_result read_window(pave_context *context, const pave_field *field, c
         *out = (pv_rect){ 0, 0, plane_width(field), plane_height(field) };
     if (out->width < 1 || out->height < 1)
         return pv_fail(context, PAVE_ERR_ARGUMENT, "window has no pixels: %d x %d", (int)out->width, (int)out->height);
-    if (out->x < 0 || out->y < 0 || (int64_t)out->x + out->width > plane_width(field) ||
-        (int64_t)out->y + out->height > plane_height(field))
+    int repeats = field->params.periodic; /* then a window may straddle the border */
+    int64_t right = repeats ? out->width : (int64_t)out->x + out->width;
+    int64_t bottom = repeats ? out->height : (int64_t)out->y + out->height;
+    if (out->x < 0 || out->y < 0 || out->x >= plane_width(field) || out->y >= plane_height(field) ||
+        right > plane_width(field) || bottom > plane_height(field))
         return pv_fail(context, PAVE_ERR_ARGUMENT, "window %d,%d,%d,%d does not lie in the plane of %d x %d px",
                        (int)out->x, (int)out->y, (int)out->width, (int)out->height, (int)plane_width(field),
                        (int)plane_height(field));
     return PAVE_OK;
+}
+
+static int is_whole(const pave_field *field, pv_rect w)
+{
+    return w.width == plane_width(field) && w.height == plane_height(field);
 }
 
 static pave_result read_params(pave_context *context, const pave_cvd_params *given, const pave_field *field,
@@ -81,192 +82,12 @@ static pave_result read_params(pave_context *context, const pave_cvd_params *giv
         result = pv_fail(context, PAVE_ERR_ARGUMENT, "scale_min is greater than scale_max");
     if (!result)
         result = read_stones(context, field, &cvd->params);
-    return result ? result : read_window(context, field, cvd->params.window, &cvd->window);
-}
-
-static const float *field_row(const pave_field *field, const pave_cvd *cvd, int32_t y)
-{
-    int32_t dx = cvd->place.x - field->place.x, dy = cvd->place.y - field->place.y;
-    return field->distance + (int64_t)(y + dy) * field->width + dx;
-}
-
-static int has_edges(const pave_field *field, const pave_cvd *cvd)
-{
-    for (int32_t y = 0; y < cvd->height; y++) {
-        const float *row = field_row(field, cvd, y);
-        for (int32_t x = 0; x < cvd->width; x++)
-            if (isfinite(row[x]))
-                return 1;
-    }
-    return 0;
-}
-
-/* What the sites feel of the field, quantised once. NULL without edges, or if nothing is to feel them. */
-static uint16_t *quantise_edges(pave_context *context, const pave_field *field, const pave_cvd *cvd, pv_plane *plane,
-                                pave_result *result)
-{
-    if (!plane->push_within || !has_edges(field, cvd))
-        return NULL;
-    while ((plane->push_within + 1024) >> plane->edge_shift > UINT16_MAX)
-        plane->edge_shift++;
-    double unit = 256.0 / (1 << plane->edge_shift);
-    uint16_t *edge = pv_allocate(context, (size_t)cvd->width * (size_t)cvd->height, sizeof *edge, result);
-    for (int32_t y = 0; y < cvd->height && edge; y++) {
-        const float *row = field_row(field, cvd, y);
-        for (int32_t x = 0; x < cvd->width; x++) {
-            double d = row[x] * unit + 0.5;
-            edge[(int64_t)y * cvd->width + x] = d < UINT16_MAX ? (uint16_t)d : UINT16_MAX;
-        }
-    }
-    return edge;
-}
-
-static void set_lengths(const pave_cvd *cvd, pv_plane *plane)
-{
-    const pave_cvd_params *params = &cvd->params;
-    double h = params->half_side;
-    memset(plane, 0, sizeof *plane);
-    plane->width = cvd->width;
-    plane->height = cvd->height;
-    plane->origin_x = 256 * cvd->place.x;
-    plane->origin_y = 256 * cvd->place.y;
-    plane->cell = fixed(2 * h);
-    plane->push_within = fixed(params->push_within * h);
-    plane->push_to = fixed(params->push_to * h);
-    plane->noise_wave = fixed(params->noise_length * h);
-    plane->noise_swing = (int32_t)floor(params->noise_angle * 65536 / 360 + 0.5);
-    plane->noise_key = pv_draw(params->seed, PV_DRAW_NOISE, 0, 0, 0).word[0];
-    plane->seed = params->seed;
-}
-
-static pave_result relax(pave_context *context, const pv_backend *backend, void *engine, const pv_plane *plane,
-                         pave_cvd *cvd)
-{
-    int32_t steps = cvd->params.iterations;
-    double share = 1.0 / (steps + 1);
-    pave_result result = PAVE_OK;
-    for (int32_t i = 0; i < steps && !result; i++) {
-        pv_step step = { 0, 0, 0 };
-        result = backend->step(context, engine, i, i * share, (i + 1) * share, &step);
-        cvd->exact = pv_margin_after(plane, cvd->exact, step.radius);
-    }
     if (!result)
-        result = backend->labels(context, engine, steps * share, 1, cvd->labels);
-    if (!result)
-        result = backend->sites(context, engine, cvd->sites);
+        result = read_window(context, field, cvd->params.window, &cvd->window);
+    if (!result && cvd->params.until_still > 0 && !is_whole(field, cvd->window))
+        result = pv_fail(context, PAVE_ERR_ARGUMENT,
+                         "until_still looks at all sites of a plane: it is not for windows");
     return result;
-}
-
-static pave_result run_on(pave_context *context, const pv_backend *backend, const pv_plane *plane, pave_cvd *cvd)
-{
-    void *engine = NULL;
-    cvd->exact = plane->push_within + FIELD_ROUNDING; /* what lies beyond the field cannot be nearer than that */
-    pave_result result = backend->open(context, plane, &engine, cvd->backend_name);
-    if (!result)
-        result = relax(context, backend, engine, plane, cvd);
-    if (engine)
-        backend->close(engine);
-    cvd->backend = backend->id;
-    return result;
-}
-
-/* A device that fails is no reason to fail, unless the caller named it: the CPU gives the same bytes. */
-static pave_result run(pave_context *context, const pv_plane *plane, pave_cvd *cvd)
-{
-    const pv_backend *backend = pv_backend_choose(context, plane, cvd->params.iterations);
-    if (!backend)
-        return pv_fail(context, PAVE_ERR_UNSUPPORTED, "this build of libpave has no such backend");
-    pave_result result = run_on(context, backend, plane, cvd);
-    if ((result == PAVE_ERR_DEVICE || result == PAVE_ERR_UNSUPPORTED) && context->backend == PAVE_BACKEND_AUTO) {
-        pv_note(context, PAVE_MESSAGE_WARNING, "going on with the CPU: %s", context->text);
-        result = run_on(context, &pv_cpu_backend, plane, cvd);
-    }
-    return result;
-}
-
-/* The greatest distance from a pixel to its site, and from which depth on labels are exact. */
-static void measure_radius(const pv_plane *plane, pave_cvd *cvd)
-{
-    int64_t most = 0;
-    for (int32_t y = 0; y < cvd->height; y++)
-        for (int32_t x = 0; x < cvd->width; x++) {
-            const pave_site *s = &cvd->sites[cvd->labels[(int64_t)y * cvd->width + x]];
-            int64_t dx = 256 * (int64_t)x + 128 - s->x, dy = 256 * (int64_t)y + 128 - s->y;
-            most = dx * dx + dy * dy > most ? dx * dx + dy * dy : most;
-        }
-    cvd->radius = (int32_t)pv_isqrt((uint64_t)most) + 1;
-    cvd->exact += cvd->radius + pv_plane_reach(plane);
-}
-
-/* Sites in the plane's coordinates, with the homes that belong to the window. */
-static void place_sites(const pv_plane *plane, const pv_seeds *seeds, pave_cvd *cvd)
-{
-    const pv_rect *w = &cvd->window;
-    for (int32_t i = 0; i < cvd->site_count; i++) {
-        int32_t x = seeds->homes[i].x * plane->cell >> 8, y = seeds->homes[i].y * plane->cell >> 8;
-        cvd->mine[i] = x >= w->x && y >= w->y && x < w->x + w->width && y < w->y + w->height;
-        cvd->sites[i].x += plane->origin_x;
-        cvd->sites[i].y += plane->origin_y;
-    }
-}
-
-static pave_result allocate(pave_context *context, pv_seeds *seeds, pave_cvd *cvd)
-{
-    pave_result result = PAVE_OK;
-    size_t n = (size_t)seeds->count;
-    cvd->site_count = seeds->count;
-    cvd->numbers = seeds->numbers; /* taken over */
-    seeds->numbers = NULL;
-    cvd->mine = pv_allocate(context, n, sizeof *cvd->mine, &result);
-    if (!result)
-        cvd->sites = pv_allocate(context, n, sizeof *cvd->sites, &result);
-    if (!result)
-        cvd->labels = pv_allocate(context, (size_t)cvd->width * (size_t)cvd->height, sizeof *cvd->labels, &result);
-    return result;
-}
-
-/* The diagram of a region. */
-static pave_result make_region(pave_context *context, const pave_field *field, pv_rect region, pave_cvd *cvd)
-{
-    pv_plane plane;
-    pv_seeds seeds;
-    pave_result result = PAVE_OK;
-    cvd->place = (pv_place){ region.x, region.y, plane_width(field), plane_height(field) };
-    cvd->width = region.width;
-    cvd->height = region.height;
-    set_lengths(cvd, &plane);
-    uint16_t *edge = quantise_edges(context, field, cvd, &plane, &result);
-    plane.edge = edge;
-    seeds = (pv_seeds){ NULL, NULL, NULL, 0 };
-    if (!result)
-        result = pv_seeds_draw(context, &cvd->params, &plane, &cvd->place, &seeds);
-    plane.start = seeds.sites;
-    plane.home = seeds.homes;
-    plane.sites = seeds.count;
-    if (!result)
-        result = allocate(context, &seeds, cvd);
-    if (!result && seeds.count)
-        result = run(context, &plane, cvd);
-    if (!result && seeds.count) {
-        if (pv_rect_room(cvd->window, region, &cvd->place) < INT32_MAX)
-            measure_radius(&plane, cvd);
-        place_sites(&plane, &seeds, cvd);
-    }
-    pv_release(edge);
-    pv_seeds_free(&seeds);
-    return result;
-}
-
-static void drop_region(pave_cvd *cvd)
-{
-    pv_release(cvd->labels);
-    pv_release(cvd->sites);
-    pv_release(cvd->numbers);
-    pv_release(cvd->mine);
-    cvd->labels = NULL;
-    cvd->sites = NULL;
-    cvd->numbers = NULL;
-    cvd->mine = NULL;
 }
 
 static pave_result copy_window(pave_context *context, pave_cvd *cvd)
@@ -284,22 +105,45 @@ static pave_result copy_window(pave_context *context, pave_cvd *cvd)
     return result;
 }
 
+/* How far there is a field: for ever, where it wraps. */
+static pv_rect bounds_of(const pave_field *field)
+{
+    const int32_t far = 1 << 29;
+    return field->wraps ? (pv_rect){ -far, -far, 2 * far, 2 * far }
+                        : (pv_rect){ field->place.x, field->place.y, field->width, field->height };
+}
+
+/* Is a whole period wanted, or less work than the window with its margin? */
+static int torus_pays(const pave_field *field, const pave_cvd *cvd, int32_t margin)
+{
+    double around = pv_torus_guess(&cvd->params);
+    return is_whole(field, cvd->window) ||
+           (cvd->place.width + 2 * around) * (cvd->place.height + 2 * around) <=
+               (cvd->window.width + 2.0 * margin) * (cvd->window.height + 2.0 * margin);
+}
+
 /* A region that holds the window and all that can tell on it; a larger one if it turns out to be too small. Without
  * labels, and with *needed, if there is not enough of the field. */
 static pave_result make(pave_context *context, const pave_field *field, int32_t *needed, pave_cvd *cvd)
 {
-    pv_rect bounds = { field->place.x, field->place.y, field->width, field->height };
+    pv_rect bounds = bounds_of(field);
     int32_t wanted = (int32_t)ceil(fmin(cvd->params.window_margin * cvd->params.half_side, 1 << 20));
     int32_t margin = wanted + pv_margin_guess(&cvd->params);
+    cvd->place = (pv_place){ 0, 0, plane_width(field), plane_height(field) };
+    cvd->repeats = field->params.periodic;
+    if (field->wraps && torus_pays(field, cvd, margin)) {
+        pave_result result = pv_torus_make(context, field, wanted, cvd);
+        return result ? result : copy_window(context, cvd);
+    }
     for (;;) {
         pv_rect region = pv_rect_grown(cvd->window, margin, bounds);
-        pave_result result = make_region(context, field, region, cvd);
+        pave_result result = pv_region_make(context, field, region, 0, cvd);
         if (result)
             return result;
-        int32_t room = pv_rect_room(cvd->window, region, &cvd->place), least = wanted + (cvd->exact >> 8) + 1;
+        int32_t room = pv_rect_room(cvd->window, region, cvd), least = wanted + (cvd->exact >> 8) + 1;
         if (cvd->site_count && room >= least)
             return copy_window(context, cvd);
-        drop_region(cvd);
+        pv_region_drop(cvd);
         margin = (least > margin ? least : margin) + margin / 4 + 1;
         if (region.width == bounds.width && region.height == bounds.height) {
             *needed = margin;
@@ -321,6 +165,8 @@ pave_result pv_cvd_create(pave_context *context, const pave_field *field, const 
     if (!result)
         result = make(context, field, needed, cvd);
     pv_call_end(context, call);
+    if (!is_whole(field, cvd->window) && cvd->steps)
+        cvd->movement = -1;
     if (result || *needed)
         pave_cvd_free(&cvd);
     *out = cvd;
@@ -347,7 +193,7 @@ void pave_cvd_free(pave_cvd **cvd)
         return;
     if ((*cvd)->window_labels != (*cvd)->labels)
         pv_release((*cvd)->window_labels);
-    drop_region(*cvd);
+    pv_region_drop(*cvd);
     pv_release(*cvd);
     *cvd = NULL;
 }
@@ -361,6 +207,8 @@ const int32_t *pave_cvd_labels(const pave_cvd *cvd) { return cvd->window_labels;
 int32_t pave_cvd_site_count(const pave_cvd *cvd) { return cvd->site_count; }
 const pave_site *pave_cvd_sites(const pave_cvd *cvd) { return cvd->sites; }
 const int32_t *pave_cvd_site_numbers(const pave_cvd *cvd) { return cvd->numbers; }
+int32_t pave_cvd_steps(const pave_cvd *cvd) { return cvd->steps; }
+double pave_cvd_movement(const pave_cvd *cvd) { return cvd->movement; }
 int32_t pave_cvd_backend(const pave_cvd *cvd) { return cvd->backend; }
 const char *pave_cvd_backend_name(const pave_cvd *cvd) { return cvd->backend_name; }
 

@@ -12,18 +12,28 @@ typedef struct pv_rect {
     int32_t x, y, width, height;
 } pv_rect;
 
+/* How far from its home's first copy a copy is: whole periods, 1/256 px. */
+typedef struct pv_shift {
+    int32_t x, y;
+} pv_shift;
+
 struct pave_cvd {
     pv_place place; /* of the region that was computed: the window and what is needed around it */
     pv_rect window;
     int32_t width, height; /* of the region */
+    int32_t repeats;       /* the plane does, and the region may lie anywhere */
     int32_t site_count;
     int32_t *labels;        /* of the region, as places in sites */
     int32_t *window_labels; /* of the window; the same array if the window is the region */
     pave_site *sites;       /* in the plane's coordinates */
     int32_t *numbers;       /* in the whole plane */
+    pv_shift *shifts;       /* NULL if the plane does not repeat */
     uint8_t *mine;          /* has the window this site's home cell's corner? Then its stone belongs to the window */
     int32_t exact;          /* labels are exact from this far inside the region's open borders, 1/256 px */
     int32_t radius;         /* no pixel is farther from its site, 1/256 px */
+    int32_t far, stray;     /* the greatest of what the steps reported: pv_step */
+    int32_t steps;
+    double movement;        /* mean over the sites in the last step, px */
     pave_cvd_params params; /* half_side as it was used */
     int32_t backend;
     char backend_name[128];
@@ -39,6 +49,7 @@ typedef struct pv_seeds {
     pave_site *sites;
     pv_home *homes;
     int32_t *numbers;
+    pv_shift *shifts; /* NULL if the plane does not repeat */
     int32_t count;
 } pv_seeds;
 
@@ -58,5 +69,26 @@ int32_t pv_margin_guess(const pave_cvd_params *params);
 pv_rect pv_rect_grown(pv_rect window, int32_t margin, pv_rect bounds);
 
 /* How far the window is from the nearest border of the region that is not a border of the plane, px; INT32_MAX if all
- * are. */
-int32_t pv_rect_room(pv_rect window, pv_rect region, const pv_place *plane);
+ * are. A plane that repeats has none. */
+int32_t pv_rect_room(pv_rect window, pv_rect region, const pave_cvd *plane);
+
+/* region.c: the diagram of a region by itself; with `copies`, sites first drawn outside the plane follow those inside
+ * it. */
+pave_result pv_region_make(pave_context *context, const pave_field *field, pv_rect region, int copies, pave_cvd *cvd);
+void pv_region_drop(pave_cvd *cvd);
+
+/* Describes the region's plane; without edges. */
+void pv_region_plane(const pave_cvd *cvd, pv_plane *plane);
+
+/* The greatest distance from a pixel of a part of the region to its site, 1/256 px. */
+int32_t pv_region_radius(const pave_cvd *cvd, pv_rect part);
+
+/* Which sites belong to the window. */
+void pv_region_share(const pv_home *homes, pave_cvd *cvd);
+
+/* torus.c: how much of the plane around one period it takes to compute the whole of a plane that repeats, px; and the
+ * diagram of the window and `wanted` px around it from that. */
+int32_t pv_torus_sites(const pave_cvd *cvd); /* in a period */
+pave_result pv_torus_originals(pave_context *context, const pave_cvd *cvd, int32_t **originals); /* by number */
+int32_t pv_torus_guess(const pave_cvd_params *params);
+pave_result pv_torus_make(pave_context *context, const pave_field *field, int32_t wanted, pave_cvd *cvd);

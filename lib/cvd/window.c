@@ -6,7 +6,8 @@
  * cross pixels whose sites are nearer. So sites that lie deeper than margin + 2 radius move as they do in the whole.
  * After the move, those deeper by another `radius` and the push (or by a lattice cell, if they were drawn again) are
  * known to have been among them: a site cannot have got there from farther out, for then it would own a right pixel
- * farther than `radius` away. */
+ * farther than `radius` away. Where a relaxation takes sites past their centroid or keeps them short of it, they end
+ * no farther than a lattice cell from it, so that the cell is added: its centroid is still that deep. */
 #include "cvd/cvd.h"
 
 enum { ROUNDING = 512 };
@@ -14,7 +15,7 @@ enum { ROUNDING = 512 };
 int32_t pv_margin_after(const pv_plane *plane, int32_t margin, int32_t radius)
 {
     int32_t back = plane->push_within - plane->push_to, push = plane->push_to > back ? plane->push_to : back;
-    int64_t move = (int64_t)radius + push, again = plane->cell + plane->cell / 2;
+    int64_t past = plane->excess ? plane->cell : 0, move = radius + past + push, again = plane->cell + plane->cell / 2;
     int64_t after = margin + 2 * (int64_t)radius + (move > again ? move : again) + ROUNDING;
     return after < INT32_MAX / 2 ? (int32_t)after : INT32_MAX / 2;
 }
@@ -23,6 +24,7 @@ int32_t pv_margin_after(const pv_plane *plane, int32_t margin, int32_t radius)
 int32_t pv_margin_guess(const pave_cvd_params *params)
 {
     double reach = params->cap * params->scale_max, each = 3 * (2.9 + reach) + params->push_to + 0.5;
+    each += params->relaxation != 1 ? 2 : 0;
     double guess = params->half_side * (10 + params->iterations * each) + params->iterations * 2;
     return guess < 1 << 20 ? (int32_t)guess : 1 << 20;
 }
@@ -45,16 +47,16 @@ pv_rect pv_rect_grown(pv_rect window, int32_t margin, pv_rect bounds)
     return r;
 }
 
-int32_t pv_rect_room(pv_rect window, pv_rect region, const pv_place *plane)
+int32_t pv_rect_room(pv_rect window, pv_rect region, const pave_cvd *plane)
 {
-    int32_t room = INT32_MAX;
-    if (region.x > 0)
+    int32_t room = INT32_MAX, width = plane->place.width, height = plane->place.height;
+    if (region.x > 0 || plane->repeats)
         room = least(room, window.x - region.x);
-    if (region.y > 0)
+    if (region.y > 0 || plane->repeats)
         room = least(room, window.y - region.y);
-    if (region.x + region.width < plane->width)
+    if (region.x + region.width < width || plane->repeats)
         room = least(room, region.x + region.width - window.x - window.width);
-    if (region.y + region.height < plane->height)
+    if (region.y + region.height < height || plane->repeats)
         room = least(room, region.y + region.height - window.y - window.height);
     return room;
 }

@@ -17,9 +17,20 @@ static int differ(const pv_drawing *d, int32_t x0, int32_t y0, int32_t x1, int32
     return d->pixels[(int64_t)y0 * d->width + x0] != d->pixels[(int64_t)y1 * d->width + x1];
 }
 
+/* The same where the borders meet. */
+static int corner_on_torus(const pv_drawing *d, int32_t x, int32_t y)
+{
+    int32_t left = (x ? x : d->width) - 1, up = (y ? y : d->height) - 1;
+    int32_t right = x < d->width ? x : 0, down = y < d->height ? y : 0;
+    return differ(d, left, up, right, up) || differ(d, left, down, right, down) || differ(d, left, up, left, down) ||
+           differ(d, right, up, right, down);
+}
+
 /* Does a crack end at the lattice corner above and left of pixel (x, y)? 0 <= x <= width, 0 <= y <= height. */
 static int corner(const pv_drawing *d, int32_t x, int32_t y)
 {
+    if (d->wraps)
+        return corner_on_torus(d, x, y);
     int32_t left = x - 1, up = y - 1;
     int inside_x = x > 0 && x < d->width, inside_y = y > 0 && y < d->height;
     return (inside_x && up >= 0 && differ(d, left, up, x, up)) ||
@@ -34,18 +45,27 @@ static int32_t nearer(int32_t a, int64_t half_pixels)
     return b < a ? (int32_t)b : a;
 }
 
-/* Straight ahead: half pixels to the next crack in this row, both ways. */
+/* Is there a crack left of pixel (x, y)? */
+static int crack(const pv_drawing *d, int32_t x, int32_t y)
+{
+    return x ? differ(d, x - 1, y, x, y) : d->wraps && differ(d, d->width - 1, y, 0, y);
+}
+
+/* Straight ahead: half pixels to the next crack in this row, both ways. Where the borders meet, what is still unknown
+ * is found in a second round. */
 static void along_row(const pv_drawing *d, int32_t y, int32_t *row)
 {
     int64_t run = NONE;
-    for (int32_t x = 0; x < d->width; x++, run += 2) {
-        if (x && differ(d, x - 1, y, x, y))
+    for (int32_t i = 0; i < d->width << d->wraps; i++, run += 2) {
+        int32_t x = i % d->width;
+        if (crack(d, x, y))
             run = 1;
-        row[x] = nearer(PV_FIELD_FAR, run);
+        row[x] = nearer(i < d->width ? PV_FIELD_FAR : row[x], run);
     }
     run = NONE;
-    for (int32_t x = d->width - 1; x >= 0; x--, run += 2) {
-        if (x + 1 < d->width && differ(d, x, y, x + 1, y))
+    for (int32_t i = 0; i < d->width << d->wraps; i++, run += 2) {
+        int32_t x = d->width - 1 - i % d->width;
+        if ((x + 1 < d->width || d->wraps) && crack(d, x + 1 < d->width ? x + 1 : 0, y))
             run = 1;
         row[x] = nearer(row[x], run);
     }
@@ -57,6 +77,8 @@ static void down_columns(const pv_drawing *d, int32_t y, int32_t step, int32_t *
                          int32_t *row)
 {
     int32_t edge = step > 0 ? y : y + 1, before = y - step;
+    if (d->wraps)
+        before = before < 0 ? d->height - 1 : before < d->height ? before : 0;
     for (int32_t x = 0; x <= d->width; x++)
         corners[x] = corner(d, x, edge) ? 1 : corners[x] < INT32_MAX / 2 ? corners[x] + 2 : corners[x];
     for (int32_t x = 0; x < d->width; x++) {
@@ -101,10 +123,11 @@ static int32_t corner_distance(int64_t square)
     return d < (double)PV_FIELD_FAR ? (int32_t)(d + 0.5) : PV_FIELD_FAR;
 }
 
-static void to_corners(const envelope *e, const int32_t *h, int32_t width, int32_t *row)
+/* `pad` columns of corners lie left of the row's first. */
+static void to_corners(const envelope *e, const int32_t *h, int32_t pad, int32_t width, int32_t *row)
 {
     for (int32_t x = 0, k = 0; x < width && e->count; x++) {
-        int64_t u = 2 * (int64_t)x + 1;
+        int64_t u = 2 * ((int64_t)x + pad) + 1;
         while (k + 1 < e->count && e->from[k + 1] <= u)
             k++;
         int64_t i = e->apex[k], square = (u - 2 * i) * (u - 2 * i) + (int64_t)h[i] * h[i];
@@ -116,8 +139,19 @@ static void to_corners(const envelope *e, const int32_t *h, int32_t width, int32
 /* Scratch for rows: corner heights from above, from below (kept for every row), straight runs, envelope. */
 typedef struct scratch {
     int32_t *above, *straight;
+    int32_t *wide, pad; /* where the borders meet: `above` and half a turn more on both sides */
     envelope envelope;
 } scratch;
+
+static void look_across(const pv_drawing *d, scratch *s, int32_t *row)
+{
+    int32_t columns = d->width + 1 + 2 * s->pad;
+    const int32_t *h = s->wide ? s->wide : s->above;
+    for (int32_t i = 0, at = d->width - s->pad; i < columns && s->wide; i++, at++)
+        s->wide[i] = s->above[at % d->width];
+    build_envelope(&s->envelope, h, columns);
+    to_corners(&s->envelope, h, s->pad, d->width, row);
+}
 
 static void far_away(int32_t *values, int64_t count)
 {
@@ -130,16 +164,16 @@ static pave_result sweep(pave_context *context, const pv_drawing *d, int32_t ste
     pave_result result = PAVE_OK;
     far_away(s->above, d->width + 1);
     far_away(s->straight, d->width);
-    for (int32_t i = 0; i < d->height && !result; i++) {
-        int32_t y = step > 0 ? i : d->height - 1 - i;
+    int32_t rows = d->height << d->wraps;
+    for (int32_t i = 0; i < rows && !result; i++) {
+        int32_t y = step > 0 ? i % d->height : d->height - 1 - i % d->height;
         int32_t *row = distance + (int64_t)y * d->width;
-        if (step > 0)
+        if (step > 0 && i < d->height)
             along_row(d, y, row);
         down_columns(d, y, step, s->above, s->straight, row);
-        build_envelope(&s->envelope, s->above, d->width + 1);
-        to_corners(&s->envelope, s->above, d->width, row);
+        look_across(d, s, row);
         if (i % 64 == 0)
-            result = pv_progress(context, (step > 0 ? 0.0 : 0.45) + 0.45 * i / d->height);
+            result = pv_progress(context, (step > 0 ? 0.0 : 0.45) + 0.45 * i / rows);
     }
     return result;
 }
@@ -148,8 +182,11 @@ static pave_result sweep(pave_context *context, const pv_drawing *d, int32_t ste
 pave_result pv_euclid(pave_context *context, const pv_drawing *d, int32_t *distance)
 {
     pave_result result = PAVE_OK;
-    size_t columns = (size_t)d->width + 1;
-    scratch s = { .above = pv_allocate(context, columns, sizeof *s.above, &result) };
+    int32_t pad = d->wraps ? d->width / 2 + 1 : 0;
+    size_t columns = (size_t)d->width + 1 + 2 * (size_t)pad;
+    scratch s = { .above = pv_allocate(context, columns, sizeof *s.above, &result), .pad = pad };
+    if (!result && pad)
+        s.wide = pv_allocate(context, columns, sizeof *s.wide, &result);
     if (!result)
         s.straight = pv_allocate(context, columns, sizeof *s.straight, &result);
     if (!result)
@@ -161,6 +198,7 @@ pave_result pv_euclid(pave_context *context, const pv_drawing *d, int32_t *dista
     if (!result)
         result = sweep(context, d, -1, &s, distance);
     pv_release(s.above);
+    pv_release(s.wide);
     pv_release(s.straight);
     pv_release(s.envelope.apex);
     pv_release(s.envelope.from);

@@ -11,6 +11,7 @@ static const pave_field_params default_params = PAVE_FIELD_PARAMS_INIT;
 static const pv_param field_rows[] = {
     PV_CHOICE(pave_field_params, metric, "chamfer|euclid|figure3",
               "distance to the edges: the text's chamfer, exact, or the numbers of Fig. 3"),
+    PV_FLAG(pave_field_params, periodic, "the drawing repeats in x and y, and so do the stones"),
 };
 
 const pv_table pv_field_table = PV_TABLE("field", default_params, field_rows);
@@ -76,13 +77,31 @@ pave_result pave_field_create(pave_context *context, const pave_image *drawing, 
     field->height = drawing->height;
     field->place = drawing->place;
     field->params = params;
-    pv_drawing pixels = { drawing->width, drawing->height, drawing->pixels };
+    field->wraps = params.periodic && pv_is_whole(&drawing->place, drawing->width, drawing->height);
+    pv_drawing pixels = { drawing->width, drawing->height, drawing->pixels, field->wraps };
     pv_call call = pv_call_begin(context, "field", 0, 1);
     result = measure(context, &pixels, field);
     pv_call_end(context, call);
     if (result)
         pave_field_free(&field);
     *out = field;
+    return result;
+}
+
+pave_result pv_field_repeat(pave_context *context, const pave_field *field, int32_t x, int32_t y, int32_t width,
+                            int32_t height, pave_field **out)
+{
+    pave_result result = PAVE_OK;
+    pave_field *part = *out = pv_allocate_zeroed(context, 1, sizeof *part, &result);
+    if (!part)
+        return result;
+    *part = (pave_field){ .width = width, .height = height, .params = field->params,
+                          .place = { x, y, field->width, field->height } };
+    part->distance = pv_allocate(context, (size_t)width * (size_t)height, sizeof *part->distance, &result);
+    if (part->distance)
+        pv_repeat(&part->place, field->distance, sizeof *part->distance, width, height, part->distance);
+    else
+        pave_field_free(out);
     return result;
 }
 

@@ -14,14 +14,20 @@ enum { PV_FIELD_ONE = 65536 };
 struct pave_field {
     int32_t width, height;
     pv_place place;
+    int32_t wraps; /* it is the whole of a plane that repeats */
     float *distance;
     pave_field_params params;
 };
+
+/* A part of the plane, wherever it lies, from a field that wraps. */
+pave_result pv_field_repeat(pave_context *context, const pave_field *field, int32_t x, int32_t y, int32_t width,
+                            int32_t height, pave_field **out);
 
 /* A drawing's pixels with their size. */
 typedef struct pv_drawing {
     int32_t width, height;
     const uint8_t *pixels;
+    int32_t wraps; /* its borders meet */
 } pv_drawing;
 
 /* Rows that make a task of about a millisecond, and how many such tasks there are. */

@@ -3,15 +3,17 @@
 
 #include <math.h>
 
-/* A row and those above and below it; beyond the drawing its border is repeated. */
+/* A row and those above and below it; beyond a field that does not wrap its border is repeated. */
 typedef struct three_rows {
     const float *up, *row, *down;
 } three_rows;
 
 static three_rows rows_at(const pave_field *field, int32_t y)
 {
-    const float *row = field->distance + (int64_t)y * field->width;
-    return (three_rows){ y ? row - field->width : row, row, y + 1 < field->height ? row + field->width : row };
+    int32_t bottom = field->height - 1, up = y ? y - 1 : field->wraps ? bottom : 0;
+    int32_t down = y < bottom ? y + 1 : field->wraps ? 0 : bottom;
+    int64_t width = field->width;
+    return (three_rows){ field->distance + up * width, field->distance + y * width, field->distance + down * width };
 }
 
 static inline void sobel(three_rows r, int32_t left, int32_t x, int32_t right, float *gx, float *gy)
@@ -28,8 +30,8 @@ static inline void sobel(three_rows r, int32_t left, int32_t x, int32_t right, f
 
 void pv_gradient(const pave_field *field, int32_t x, int32_t y, float *gx, float *gy)
 {
-    int32_t last = field->width - 1;
-    sobel(rows_at(field, y), x ? x - 1 : 0, x, x < last ? x + 1 : last, gx, gy);
+    int32_t last = field->width - 1, left = x ? x - 1 : field->wraps ? last : 0;
+    sobel(rows_at(field, y), left, x, x < last ? x + 1 : field->wraps ? 0 : last, gx, gy);
 }
 
 static void gradient_row(const pave_field *field, int32_t y, float *restrict gx, float *restrict gy)

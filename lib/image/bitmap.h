@@ -7,17 +7,23 @@ typedef struct pv_bitmap {
     int32_t width, height;
     int64_t stride; /* bytes a row */
     uint8_t *bits;  /* 1: white; the pixel on the left is the highest bit */
+    int file;       /* instead of `bits`, if that is NULL: row after row */
 } pv_bitmap;
 
+/* All black. In a file, which is then the bitmap's and closed with it, the rows must be put first. */
 pave_result pv_bitmap_create(pave_context *context, int32_t width, int32_t height, pv_bitmap *out);
+pave_result pv_bitmap_create_in(pave_context *context, int32_t width, int32_t height, int file, pv_bitmap *out);
 void pv_bitmap_free(pv_bitmap *bitmap);
 
-/* Stores a drawing, or a band of its rows from `y` on. */
-void pv_bitmap_store(pv_bitmap *bitmap, int32_t y, const pave_image *drawing);
+/* Stores a drawing, or a part of it, in a bitmap in memory that is black there. */
+void pv_bitmap_store(pv_bitmap *bitmap, int32_t x, int32_t y, const pave_image *drawing);
 
-/* A part of the plane as a drawing that knows its place. */
+/* Puts a band of rows, which is in memory, into a bitmap of the same width. */
+pave_result pv_bitmap_put(pave_context *context, pv_bitmap *bitmap, int32_t y, const pv_bitmap *band);
+
+/* A part of the plane as a drawing that knows its place; beyond its borders the plane repeats. */
 pave_result pv_bitmap_cut(pave_context *context, const pv_bitmap *bitmap, int32_t x, int32_t y, int32_t width,
                           int32_t height, pave_image **out);
 
 /* Names the drawing: the same for the same pixels, and for others hardly ever. Not 0. */
-uint64_t pv_bitmap_hash(const pv_bitmap *bitmap);
+pave_result pv_bitmap_hash(pave_context *context, const pv_bitmap *bitmap, uint64_t *out);

@@ -2,6 +2,7 @@
 #include "image/image.h"
 
 #include "base/params.h"
+#include "util/fixed.h"
 #include "util/half.h"
 
 #include <stdio.h>
@@ -102,6 +103,33 @@ pave_result pv_image_new(pave_context *context, const pave_image_params *given, 
         pave_image_free(&image);
     *out = image;
     return result;
+}
+
+void pv_repeat(const pv_place *plane, const void *pixels, size_t size, int32_t width, int32_t height, void *out)
+{
+    char *to = out;
+    for (int32_t y = plane->y; y < plane->y + height; y++) {
+        const char *row = (const char *)pixels + (size_t)pv_modulo(y, plane->height) * (size_t)plane->width * size;
+        for (int32_t x = plane->x, run; x < plane->x + width; x += run, to += (size_t)run * size) {
+            int32_t at = pv_modulo(x, plane->width), left = plane->x + width - x;
+            run = plane->width - at < left ? plane->width - at : left;
+            memcpy(to, row + (size_t)at * size, (size_t)run * size);
+        }
+    }
+}
+
+pave_result pv_image_repeat(pave_context *context, const pave_image *drawing, int32_t x, int32_t y, int32_t width,
+                            int32_t height, pave_image **out)
+{
+    pave_image_params shape = PAVE_IMAGE_PARAMS_INIT;
+    shape.width = width;
+    shape.height = height;
+    pave_result result = pv_image_new(context, &shape, out);
+    if (result)
+        return result;
+    (*out)->place = (pv_place){ x, y, drawing->width, drawing->height };
+    pv_repeat(&(*out)->place, drawing->pixels, 1, width, height, (*out)->pixels);
+    return PAVE_OK;
 }
 
 pave_result pave_image_create(pave_context *context, const pave_image_params *params, const void *pixels,

@@ -15,12 +15,25 @@ typedef struct pv_place {
     int32_t width, height; /* of the plane, px */
 } pv_place;
 
+/* Is a part of the plane, of this size, all of it? */
+static inline int pv_is_whole(const pv_place *place, int32_t width, int32_t height)
+{
+    return !place->x && !place->y && width == place->width && height == place->height;
+}
+
 struct pave_image {
     int32_t width, height, channels, type, encoding, alpha;
     pv_place place;
     char names[PV_MOST_CHANNELS][PV_CHANNEL_NAME];
     void *pixels;
 };
+
+/* A part of the plane, wherever it lies, from a drawing that is the whole of it and repeats beyond it. */
+pave_result pv_image_repeat(pave_context *context, const pave_image *drawing, int32_t x, int32_t y, int32_t width,
+                            int32_t height, pave_image **out);
+
+/* Copies such a part of pixels of `size` bytes from a plane of pixels. */
+void pv_repeat(const pv_place *plane, const void *pixels, size_t size, int32_t width, int32_t height, void *out);
 
 /* Bytes of one value of a type; 0 for an unknown type. */
 size_t pv_type_bytes(int32_t type);

@@ -8,98 +8,21 @@
 #include "io/raster.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
-static pave_result unreadable(pave_context *context, const char *path, int error)
+static pave_result read_file(pave_context *context, const char *path, const pv_target *target)
 {
-    return pv_fail(context, PAVE_ERR_IO, "%s: cannot be read: %s", path, pv_system_error(error));
-}
-
-/* Not blocking, for a pipe would wait for a writer before it can be refused. */
-static pave_result open_file(pave_context *context, const char *path, int *file, int64_t *size)
-{
-    struct stat info;
-    *file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
-    if (*file < 0 || fstat(*file, &info))
-        return unreadable(context, path, errno);
-    if (S_ISDIR(info.st_mode))
-        return unreadable(context, path, EISDIR);
-    if (!S_ISREG(info.st_mode))
-        return pv_fail(context, PAVE_ERR_IO, "%s: cannot be read: it is a device or a pipe", path);
-    if (!info.st_size)
-        return pv_fail(context, PAVE_ERR_FORMAT, "%s: is empty", path);
-    *size = info.st_size;
-    return PAVE_OK;
-}
-
-static pave_result read_whole(pave_context *context, const char *path, int file, size_t size, uint8_t *bytes)
-{
-    for (size_t done = 0; done < size;) {
-        ssize_t n = read(file, bytes + done, size - done < 1 << 24 ? size - done : 1 << 24);
-        if (n < 0 && errno != EINTR)
-            return unreadable(context, path, errno);
-        if (n == 0)
-            return pv_fail(context, PAVE_ERR_IO, "%s: cannot be read: it became shorter meanwhile", path);
-        done += n > 0 ? (size_t)n : 0;
-        pave_result result = pv_progress(context, 0);
-        if (result)
-            return result;
-    }
-    return PAVE_OK;
-}
-
-/* What a file is read as: an image, or else a drawing. */
-typedef struct reading {
-    pave_image **image;
-    const pave_threshold_params *threshold;
-    pv_bitmap *drawing;
-} reading;
-
-static pave_result read_raster(pave_context *context, const char *path, int file, int64_t size, const reading *as)
-{
-    pave_result result = PAVE_OK;
-    uint8_t *bytes = pv_allocate(context, (size_t)size, 1, &result);
-    if (!result)
-        result = read_whole(context, path, file, (size_t)size, bytes);
-    if (!result)
-        result = as->image ? pv_raster_read(context, path, bytes, (size_t)size, as->image)
-                           : pv_raster_read_drawing(context, path, bytes, (size_t)size, as->threshold, as->drawing);
-    pv_release(bytes);
-    return result;
-}
-
-static pave_result read_exr(pave_context *context, const char *path, int file, int64_t size, const reading *as)
-{
-    pave_image *image = NULL, *drawing = NULL;
-    pave_result result = pv_exr_read(context, path, file, size, as->image ? as->image : &image);
-    if (result || as->image)
-        return result;
-    result = pave_image_threshold(context, image, as->threshold, &drawing);
-    pave_image_free(&image);
-    if (!result)
-        result = pv_bitmap_create(context, drawing->width, drawing->height, as->drawing);
-    if (!result)
-        pv_bitmap_store(as->drawing, 0, drawing);
-    pave_image_free(&drawing);
-    return result;
-}
-
-static pave_result read_file(pave_context *context, const char *path, const reading *as)
-{
-    int file;
-    int64_t size = 0;
     uint8_t magic[4] = { 0 };
-    pave_result result = open_file(context, path, &file, &size);
-    if (!result && pread(file, magic, sizeof magic, 0) < 0)
-        result = unreadable(context, path, errno);
+    pv_input input;
+    pave_result result = pv_input_open(context, path, &input);
     if (!result)
-        result = !memcmp(magic, "\x76\x2F\x31\x01", 4) ? read_exr(context, path, file, size, as)
-                                                        : read_raster(context, path, file, size, as);
-    if (file >= 0)
-        close(file);
+        result = pv_input_read(&input, 0, magic, input.size < 4 ? input.size : 4);
+    if (!result)
+        result = !memcmp(magic, "\x76\x2F\x31\x01", 4) ? pv_exr_read(context, &input, target)
+                                                        : pv_raster_read(context, &input, target);
+    if (!result)
+        result = pv_input_unchanged(&input);
+    pv_input_close(&input);
     return result ? result : pv_progress(context, 1);
 }
 
@@ -112,9 +35,9 @@ pave_result pave_image_read(pave_context *context, const char *path, pave_image 
     if (!path || !out)
         return pv_fail(context, PAVE_ERR_ARGUMENT, "pave_image_read: path or out is NULL");
     int before = errno;
-    reading as = { .image = out };
+    pv_target target = { .image = out };
     pv_call outer = pv_call_begin(context, "read", 0, 1);
-    pave_result result = read_file(context, path, &as);
+    pave_result result = read_file(context, path, &target);
     if (result)
         pave_image_free(out);
     pv_call_end(context, outer);
@@ -123,13 +46,13 @@ pave_result pave_image_read(pave_context *context, const char *path, pave_image 
 }
 
 pave_result pv_drawing_read(pave_context *context, const char *path, const pave_threshold_params *threshold,
-                            pv_bitmap *out)
+                            const pv_room *room, pv_bitmap *out)
 {
     int before = errno;
-    reading as = { .threshold = threshold, .drawing = out };
-    out->bits = NULL;
+    pv_target target = { .threshold = threshold, .room = room, .drawing = out };
+    *out = (pv_bitmap){ .file = -1 };
     pv_call outer = pv_call_begin(context, "read", 0, 1);
-    pave_result result = read_file(context, path, &as);
+    pave_result result = read_file(context, path, &target);
     if (result)
         pv_bitmap_free(out);
     pv_call_end(context, outer);

@@ -1,17 +1,14 @@
 /* A plan as a JSON file. */
 #include "io/manifest.h"
 
+#include "io/input.h"
 #include "io/output.h"
 #include "io/parameters.h"
 
 #include <cjson/cJSON.h>
-#include <errno.h>
-#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 enum { LARGEST = 64 << 20 };
 
@@ -28,13 +25,20 @@ static void put(void *user, const char *text, size_t length)
     pv_output_bytes(user, text, length);
 }
 
+enum { WINDOW_TEXT = 64 };
+
+static void window_text(const pv_manifest *m, int32_t k, char text[WINDOW_TEXT])
+{
+    pv_rect w = pv_manifest_window(m, k);
+    snprintf(text, WINDOW_TEXT, "%d,%d,%d,%d", (int)w.x, (int)w.y, (int)w.width, (int)w.height);
+}
+
 static void put_windows(pv_json *json, const pv_manifest *m)
 {
     pv_json_array(json, "windows");
     for (int32_t k = 0; k < m->columns * m->rows; k++) {
-        pv_rect w = pv_manifest_window(m, k);
-        char text[64];
-        snprintf(text, sizeof text, "%d,%d,%d,%d", (int)w.x, (int)w.y, (int)w.width, (int)w.height);
+        char text[WINDOW_TEXT];
+        window_text(m, k, text);
         pv_json_string(json, NULL, text);
     }
     pv_json_close(json);
@@ -72,18 +76,15 @@ pave_result pv_manifest_write(pave_context *context, const pv_manifest *m, const
 
 static pave_result read_text(pave_context *context, const char *path, char **out)
 {
-    struct stat info;
-    pave_result result = PAVE_OK;
-    int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    if (file < 0 || fstat(file, &info))
-        result = pv_fail(context, PAVE_ERR_IO, "%s: cannot be read: %s", path, pv_system_error(errno));
-    else if (!S_ISREG(info.st_mode) || info.st_size > LARGEST)
+    pv_input input;
+    *out = NULL;
+    pave_result result = pv_input_open(context, path, &input);
+    if (!result && input.size > LARGEST)
         result = pv_fail(context, PAVE_ERR_FORMAT, "%s: is not a plan", path);
-    char *text = result ? NULL : pv_allocate_zeroed(context, (size_t)info.st_size + 1, 1, &result);
-    if (text && read(file, text, (size_t)info.st_size) != info.st_size)
-        result = pv_fail(context, PAVE_ERR_IO, "%s: cannot be read: it changed meanwhile", path);
-    if (file >= 0)
-        close(file);
+    char *text = result ? NULL : pv_allocate_zeroed(context, (size_t)input.size + 1, 1, &result);
+    if (text)
+        result = pv_input_read(&input, 0, text, input.size);
+    pv_input_close(&input);
     if (result)
         pv_release(text);
     else
@@ -94,13 +95,39 @@ static pave_result read_text(pave_context *context, const char *path, char **out
 static int32_t number(const cJSON *json, const char *key, int32_t most)
 {
     const cJSON *item = cJSON_GetObjectItemCaseSensitive(json, key);
-    return cJSON_IsNumber(item) && item->valuedouble >= 1 && item->valuedouble <= most ? (int32_t)item->valuedouble : 0;
+    int good = cJSON_IsNumber(item) && item->valuedouble >= 1 && item->valuedouble <= most;
+    return good && item->valuedouble == (int32_t)item->valuedouble ? (int32_t)item->valuedouble : 0;
+}
+
+/* 16 digits; 0 if it is anything else. */
+static uint64_t hash(const char *text)
+{
+    return strspn(text, "0123456789abcdef") == 16 && !text[16] ? strtoull(text, NULL, 16) : 0;
 }
 
 static const char *string(const cJSON *json, const char *key)
 {
     const cJSON *item = cJSON_GetObjectItemCaseSensitive(json, key);
     return cJSON_IsString(item) ? item->valuestring : "";
+}
+
+/* The windows are there to be read by others; they follow from the columns and rows, and must not say anything else. */
+static pave_result check_windows(pave_context *context, const char *path, const cJSON *json, const pv_manifest *m)
+{
+    const cJSON *windows = cJSON_GetObjectItemCaseSensitive(json, "windows"), *item;
+    int32_t k = 0, count = m->columns * m->rows;
+    int good = cJSON_IsArray(windows);
+    cJSON_ArrayForEach(item, windows)
+    {
+        char text[WINDOW_TEXT];
+        if (k < count)
+            window_text(m, k, text);
+        good &= k++ < count && cJSON_IsString(item) && !strcmp(item->valuestring, text);
+    }
+    return good && k == count ? PAVE_OK
+                              : pv_fail(context, PAVE_ERR_FORMAT,
+                                        "%s: is a damaged plan: its windows are not those of %d columns and %d rows",
+                                        path, (int)m->columns, (int)m->rows);
 }
 
 static pave_result take_drawing(pave_context *context, const cJSON *json, pv_manifest *m)
@@ -121,7 +148,7 @@ static pave_result take(pave_context *context, const char *path, const cJSON *js
     if (strcmp(string(json, "pave"), pave_version()))
         return pv_fail(context, PAVE_ERR_FORMAT, "%s: was planned by pave %.20s, and this is %s", path,
                        string(json, "pave"), pave_version());
-    m->hash = strtoull(string(json, "hash"), NULL, 16);
+    m->hash = hash(string(json, "hash"));
     m->width = number(json, "width", 1 << 20);
     m->height = number(json, "height", 1 << 20);
     m->columns = number(json, "columns", PV_MOST_WINDOWS);
@@ -130,11 +157,14 @@ static pave_result take(pave_context *context, const char *path, const cJSON *js
     if (!m->hash || !m->width || !m->height || !m->columns || !m->rows || !m->margin ||
         (int64_t)m->columns * m->rows > PV_MOST_WINDOWS || m->columns > m->width || m->rows > m->height)
         return pv_fail(context, PAVE_ERR_FORMAT, "%s: is a damaged plan", path);
+    pave_result result = check_windows(context, path, json, m);
+    if (result)
+        return result;
     pave_threshold_params_init(&m->threshold, sizeof m->threshold);
     pave_field_params_init(&m->field, sizeof m->field);
     pave_cvd_params_init(&m->cvd, sizeof m->cvd);
     pave_stones_params_init(&m->stones, sizeof m->stones);
-    pave_result result = pv_json_read_params(context, path, parameters, &pv_threshold_table, &m->threshold);
+    result = pv_json_read_params(context, path, parameters, &pv_threshold_table, &m->threshold);
     if (!result)
         result = pv_json_read_params(context, path, parameters, &pv_field_table, &m->field);
     if (!result)

@@ -19,6 +19,32 @@ using OIIO::TypeDesc;
 
 namespace {
 
+// What a decoder reads comes from the host, from any place of the file.
+class Source final : public OIIO::Filesystem::IOProxy {
+public:
+    explicit Source(const pv_codec_file &file) : IOProxy("", Read), file(file) {}
+    const char *proxytype() const override { return "pave"; }
+
+    size_t read(void *bytes, size_t size) override
+    {
+        size_t done = pread(bytes, size, m_pos);
+        m_pos += int64_t(done);
+        return done;
+    }
+
+    size_t pread(void *bytes, size_t size, int64_t offset) override
+    {
+        size_t left = offset >= 0 && size_t(offset) < file.size ? file.size - size_t(offset) : 0;
+        size_t wanted = std::min(size, left);
+        return wanted && file.read(file.user, offset, bytes, wanted) ? wanted : 0;
+    }
+
+    size_t size() const override { return file.size; }
+
+private:
+    pv_codec_file file;
+};
+
 // What an encoder writes goes straight to the host, at any place of the file.
 class Sink final : public OIIO::Filesystem::IOProxy {
 public:
@@ -116,6 +142,7 @@ void describe(const ImageSpec &spec, pv_picture *picture)
     picture->type = pave_type(spec.format);
     picture->linear = spec.format.is_floating_point();
     picture->alpha = spec.alpha_channel;
+    picture->columns = spec.tile_width ? spec.tile_width : spec.width;
     picture->rows = spec.tile_width ? spec.tile_height : 1;
     std::string names;
     for (const std::string &name : spec.channelnames)
@@ -123,13 +150,16 @@ void describe(const ImageSpec &spec, pv_picture *picture)
     std::snprintf(picture->names, sizeof picture->names, "%s", names.c_str());
 }
 
-pave_result decode(const char *format, const void *bytes, size_t size, pv_picture *picture, pv_codec_job **out,
+pave_result decode(const char *format, const pv_codec_file *file, pv_picture *picture, pv_codec_job **out,
                    char *text) noexcept
 {
     *out = nullptr;
     return guarded(text, [&] {
         auto job = std::make_unique<pv_codec_job>();
-        job->file = std::make_unique<OIIO::Filesystem::IOMemReader>(bytes, size);
+        if (file->bytes)
+            job->file = std::make_unique<OIIO::Filesystem::IOMemReader>(file->bytes, file->size);
+        else
+            job->file = std::make_unique<Source>(*file);
         job->input = ImageInput::create(format);
         if (!job->input)
             return tell(text, OIIO::geterror()), PAVE_ERR_UNSUPPORTED;
@@ -154,15 +184,16 @@ bool harmful(const std::string &warning)
            warning.find("Unknown Adobe") == std::string::npos && warning.find("Invalid SOS") == std::string::npos;
 }
 
-pave_result read(pv_codec_job *job, int32_t from, int32_t to, void *pixels, char *text) noexcept
+pave_result read(pv_codec_job *job, int32_t x, int32_t y, int32_t width, int32_t height, void *pixels,
+                 char *text) noexcept
 {
     return guarded(text, [&] {
         const ImageSpec &spec = job->spec;
-        int y0 = spec.y + from, y1 = spec.y + to;
-        bool good = spec.tile_width ? job->input->read_tiles(0, 0, spec.x, spec.x + spec.width, y0, y1, spec.z,
-                                                             spec.z + 1, 0, spec.nchannels, job->type, pixels)
-                                    : job->input->read_scanlines(0, 0, y0, y1, spec.z, 0, spec.nchannels, job->type,
-                                                                 pixels);
+        int x0 = spec.x + x, y0 = spec.y + y;
+        bool good = spec.tile_width ? job->input->read_tiles(0, 0, x0, x0 + width, y0, y0 + height, spec.z, spec.z + 1,
+                                                             0, spec.nchannels, job->type, pixels)
+                                    : job->input->read_scanlines(0, 0, y0, y0 + height, spec.z, 0, spec.nchannels,
+                                                                 job->type, pixels);
         std::string reason = job->input->geterror();
         if (good && !harmful(reason))
             return PAVE_OK;

@@ -10,7 +10,7 @@
 extern "C" {
 #endif
 
-enum { PV_CODEC_VERSION = 1, PV_CODEC_TEXT = 512, PV_CODEC_NAMES = 2048 };
+enum { PV_CODEC_VERSION = 2, PV_CODEC_TEXT = 512, PV_CODEC_NAMES = 2048 };
 
 typedef struct pv_codec_job pv_codec_job;
 
@@ -19,9 +19,17 @@ typedef struct pv_picture {
     int32_t type;   /* PAVE_U8 ... */
     int32_t linear; /* encoded: numbers are linear light */
     int32_t alpha;
-    int32_t rows;   /* a range of rows begins at a multiple of this */
+    int32_t columns, rows; /* a part that is read begins at a multiple of these, and ends at one or at the border */
     char names[PV_CODEC_NAMES]; /* "R,G,B" */
 } pv_picture;
+
+/* An encoded file: `bytes` if they are there, else what `read` gives of a place in it (0: failure), on any thread. */
+typedef struct pv_codec_file {
+    const void *bytes;
+    size_t size;
+    int32_t (*read)(void *user, int64_t offset, void *bytes, size_t size);
+    void *user;
+} pv_codec_file;
 
 /* Takes `size` bytes of the encoded file for a place in it; 0 if that failed. */
 typedef int32_t (*pv_codec_sink)(void *user, int64_t offset, const void *bytes, size_t size);
@@ -29,9 +37,10 @@ typedef int32_t (*pv_codec_sink)(void *user, int64_t offset, const void *bytes, 
 /* All functions return a pave_result; on failure `text` holds the reason, in one line. Rows are interleaved and of
  * the picture's type. A job is closed in any case. */
 typedef struct pv_codec {
-    pave_result (*decode)(const char *format, const void *bytes, size_t size, pv_picture *picture, pv_codec_job **job,
+    pave_result (*decode)(const char *format, const pv_codec_file *file, pv_picture *picture, pv_codec_job **job,
                           char *text);
-    pave_result (*read)(pv_codec_job *job, int32_t from, int32_t to, void *pixels, char *text);
+    pave_result (*read)(pv_codec_job *job, int32_t x, int32_t y, int32_t width, int32_t height, void *pixels,
+                        char *text);
     pave_result (*encode)(const char *format, const pv_picture *picture, pv_codec_sink sink, void *user,
                           pv_codec_job **job, char *text);
     pave_result (*write)(pv_codec_job *job, int32_t from, int32_t to, const void *pixels, char *text);

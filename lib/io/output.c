@@ -8,6 +8,7 @@
 #include <limits.h>
 #include <stdatomic.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -155,6 +156,24 @@ pave_result pv_output_open(pave_context *context, const char *path, int seeks, p
 int pv_output_failed(const pv_output *output)
 {
     return output->error || output->failed;
+}
+
+int pv_output_scratch(const char *beside)
+{
+    char name[PATH_MAX + 32];
+    const char *slash = strrchr(beside, '/');
+    int length = slash ? (int)(slash - beside) + 1 : 0;
+    if (length >= PATH_MAX)
+        return errno = ENAMETOOLONG, -1;
+    length = snprintf(name, sizeof name, "%.*s", length ? length : 2, length ? beside : "./");
+    int file = open(name, O_RDWR | O_TMPFILE | O_EXCL | O_CLOEXEC, 0600);
+    if (file >= 0)
+        return file;
+    strcpy(name + length, ".pave-XXXXXX");
+    file = mkostemp(name, O_CLOEXEC);
+    if (file >= 0)
+        unlink(name);
+    return file;
 }
 
 static int write_all(pv_output *output, const char *bytes, size_t size, int64_t offset)

@@ -28,5 +28,8 @@ pave_result pv_output_close(pv_output *output, pave_result result);
 /* The same, after the first bytes of the file have been written over. */
 pave_result pv_output_close_head(pv_output *output, pave_result result, const void *head, size_t size);
 
+/* An empty file without a name in the folder of another; -1 and errno on failure. */
+int pv_output_scratch(const char *beside);
+
 /* What an errno means, in English in every locale. */
 const char *pv_system_error(int error);

@@ -4,7 +4,7 @@
 #include <math.h>
 
 typedef struct memory_pile {
-    int32_t at;
+    int32_t at, part;
     int32_t xy[];
 } memory_pile;
 
@@ -14,11 +14,13 @@ static pave_result memory_next(pave_context *context, pv_pile *pile, pv_stone *o
     memory_pile *memory = pile->source;
     const pave_stones *stones = &pile->head;
     int32_t at = memory->at;
-    *out = (pv_stone){ 0, 0, 0, memory->xy };
+    *out = (pv_stone){ .xy = memory->xy };
     if (at == stones->count)
         return PAVE_OK;
     int64_t first = stones->starts[at];
+    memory->part = at && stones->sites[at - 1] == stones->sites[at] ? memory->part + 1 : 0;
     out->number = stones->sites[at];
+    out->part = memory->part;
     out->colour = stones->colours[at];
     out->corners = (int32_t)(stones->starts[at + 1] - first);
     for (int32_t i = 0; i < 2 * out->corners; i++)

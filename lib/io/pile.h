@@ -6,13 +6,14 @@
 
 typedef struct pv_stone {
     int32_t number;
+    int32_t part;    /* of a stone that was cut: 0, 1 ... */
     int32_t corners; /* 0: the pile is at its end */
     uint8_t colour;
     const int32_t *xy; /* 1/1000 px; valid until the next stone */
 } pv_stone;
 
 typedef struct pv_pile {
-    pave_stones head;    /* window, measure and parameters; of its arrays only those in memory are set */
+    pave_stones head;    /* window, report and parameters; of its arrays only those in memory are set */
     int64_t counts[256]; /* stones of each colour */
     pave_result (*next)(pave_context *context, struct pv_pile *pile, pv_stone *out);
     void (*rewind)(struct pv_pile *pile);

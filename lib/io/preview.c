@@ -1,5 +1,6 @@
 /* Stones as a picture: the exact area that each covers of each pixel, mixed in linear light over the grout. */
 #include "io/convert.h"
+#include "io/copies.h"
 #include "io/palette.h"
 #include "io/pavement.h"
 #include "io/raster.h"
@@ -67,8 +68,18 @@ static double picture_y(const preview *job, const double *vertex)
     return (vertex[1] - job->stones->y) * job->scale;
 }
 
-/* An edge, cut into rows. x beyond the picture is moved to its border, which keeps the coverage inside right enough:
- * what lies beyond covers nothing. */
+/* An edge within a row: what of it lies beyond the picture's sides is moved to them, for it covers the same inside. */
+static void add_clipped(const preview *job, float *row, double x0, double x1, double dy)
+{
+    double right = job->width, way = x1 - x0, from = 0;
+    double a = way != 0 ? clamp(-x0 / way, 1) : 0, b = way != 0 ? clamp((right - x0) / way, 1) : 0;
+    double cuts[3] = { a < b ? a : b, a < b ? b : a, 1 };
+    for (int i = 0; i < 3; from = cuts[i++])
+        if (cuts[i] > from)
+            add_span(row, clamp(x0 + from * way, right), clamp(x0 + cuts[i] * way, right), dy * (cuts[i] - from));
+}
+
+/* An edge, cut into rows. */
 static void add_edge(const preview *job, float *plane, double top, const double *a, const double *b)
 {
     double x0 = picture_x(job, a), y0 = picture_y(job, a) - top, x1 = picture_x(job, b), y1 = picture_y(job, b) - top;
@@ -80,8 +91,8 @@ static void add_edge(const preview *job, float *plane, double top, const double 
     double from = clamp(y0, BAND), end = clamp(y1, BAND), slope = y1 > y0 ? (x1 - x0) / (y1 - y0) : 0;
     for (double y = from; y < end;) {
         double next = floor(y) + 1 < end ? floor(y) + 1 : end;
-        double u = clamp(x0 + (y - y0) * slope, job->width), v = clamp(x0 + (next - y0) * slope, job->width);
-        add_span(plane + (size_t)floor(y) * ((size_t)job->width + 2), u, v, sign * (next - y));
+        double u = x0 + (y - y0) * slope, v = x0 + (next - y0) * slope;
+        add_clipped(job, plane + (size_t)floor(y) * ((size_t)job->width + 2), u, v, sign * (next - y));
         y = next;
     }
 }
@@ -217,7 +228,7 @@ static void set_up(preview *job, const pave_stones *stones)
         job->code[i] = (uint8_t)(pv_display_code((double)i / CODES) * 255 + 0.5);
 }
 
-pave_result pv_preview_write(pave_context *context, const pave_stones *stones, const char *path)
+static pave_result write_stones(pave_context *context, const pave_stones *stones, const char *path)
 {
     preview job;
     pv_raster *raster;
@@ -239,4 +250,16 @@ pave_result pv_preview_write(pave_context *context, const pave_stones *stones, c
     pv_release(job.pixels);
     pv_release(job.sums);
     return pv_raster_close(raster, result);
+}
+
+pave_result pv_preview_write(pave_context *context, const pave_stones *stones, const char *path)
+{
+    pave_stones copies;
+    if (!stones->field.periodic)
+        return write_stones(context, stones, path);
+    pave_result result = pv_copies_make(context, stones, &copies);
+    if (!result)
+        result = write_stones(context, &copies, path);
+    pv_copies_free(&copies);
+    return result;
 }

@@ -1,4 +1,4 @@
-/* Images through the module: vetted, decoded in bands, put upright; and encoded in bands. */
+/* Images through the module: vetted, decoded part by part, put upright; and encoded in bands. */
 #include "io/raster.h"
 
 #include "io/convert.h"
@@ -12,153 +12,101 @@
 enum { BAND_BYTES = 1 << 22 };
 static const double vetting = 0.3; /* share of the time */
 
-/* Rows of a band of some megabytes, a multiple of `step`. */
-static int32_t band_rows(int64_t row_bytes, int32_t step)
-{
-    int64_t rows = BAND_BYTES / row_bytes / step * step;
-    return rows > step ? rows < INT32_MAX ? (int32_t)rows : INT32_MAX / step * step : step;
-}
-
 static pave_result refused(pave_context *context, const char *path, pave_result result, const char *text)
 {
     return result == PAVE_ERR_FORMAT ? pv_fail(context, result, "%s: cannot be decoded: %s", path, text)
                                      : pv_fail(context, result, "%s: the image codec failed: %s", path, text);
 }
 
-/* An image of the picture's kind with `height` rows. */
-static pave_result new_image(pave_context *context, const pv_picture *picture, const pv_encoded *file, int32_t height,
-                             pave_image **out)
-{
-    pave_image_params params = PAVE_IMAGE_PARAMS_INIT;
-    if (picture->width != file->width || picture->height != file->height)
-        return pv_damaged(context, file, file->format, "its decoder sees another size than its header gives");
-    params.width = picture->width;
-    params.height = height;
-    params.channels = picture->channels;
-    params.type = picture->type;
-    params.encoding = picture->type == PAVE_U32 ? PAVE_DATA : picture->linear ? PAVE_LINEAR : PAVE_DISPLAY;
-    params.alpha = picture->alpha < picture->channels ? picture->alpha : -1;
-    params.names = picture->names;
-    if (picture->channels > PV_MOST_CHANNELS)
-        return pv_fail(context, PAVE_ERR_LIMIT, "%s: has %d channels, and 1 to %d can be read", file->path,
-                       picture->channels, PV_MOST_CHANNELS);
-    return pv_image_new(context, &params, out);
-}
-
 /* A file being decoded. */
 typedef struct decoding {
     pave_context *context;
     const pv_codec *codec;
-    const pv_encoded *file;
+    pv_encoded *file;
     pv_codec_job *job;
     pv_picture picture;
 } decoding;
 
-static int64_t row_bytes(const pv_picture *picture)
+static int32_t give(void *user, int64_t offset, void *bytes, size_t size)
 {
-    return (int64_t)picture->width * picture->channels * (int64_t)pv_type_bytes(picture->type);
+    return pv_encoded_read(user, offset, bytes, (int64_t)size);
 }
 
-static pave_result read_rows(const decoding *d, int32_t from, int32_t to, void *pixels)
+/* If the file has changed, that is the reason. */
+static pave_result undecodable(const decoding *d, pave_result result, const char *text)
+{
+    pave_result changed = pv_input_unchanged(d->file->input);
+    return changed ? changed : refused(d->context, d->file->path, result, text);
+}
+
+static pave_result read_part(void *user, pv_rect part, void *pixels)
+{
+    const decoding *d = user;
+    char text[PV_CODEC_TEXT];
+    pave_result result = d->codec->read(d->job, part.x, part.y, part.width, part.height, pixels, text);
+    return result ? undecodable(d, result, text) : PAVE_OK;
+}
+
+static pave_result describe_blocks(decoding *d, pv_blocks *out)
+{
+    const pv_picture *picture = &d->picture;
+    const pv_encoded *file = d->file;
+    pave_image_params shape = PAVE_IMAGE_PARAMS_INIT;
+    if (picture->width != file->width || picture->height != file->height)
+        return pv_damaged(d->context, file, file->format, "its decoder sees another size than its header gives");
+    if (picture->channels > PV_MOST_CHANNELS)
+        return pv_fail(d->context, PAVE_ERR_LIMIT, "%s: has %d channels, and 1 to %d can be read", file->path,
+                       picture->channels, PV_MOST_CHANNELS);
+    shape.width = picture->width;
+    shape.height = picture->height;
+    shape.channels = picture->channels;
+    shape.type = picture->type;
+    shape.encoding = picture->type == PAVE_U32 ? PAVE_DATA : picture->linear ? PAVE_LINEAR : PAVE_DISPLAY;
+    shape.alpha = picture->alpha < picture->channels ? picture->alpha : -1;
+    shape.names = picture->names;
+    *out = (pv_blocks){ file->path, shape, picture->columns, picture->rows, file->premultiplied, file->at_once, vetting,
+                        read_part, d };
+    return PAVE_OK;
+}
+
+static pave_result decode(decoding *d, const pv_target *target)
 {
     char text[PV_CODEC_TEXT];
-    pave_result result = d->codec->read(d->job, from, to, pixels, text);
+    pv_blocks blocks;
+    pv_codec_file file = { d->file->piece_count ? NULL : d->file->bytes, d->file->size, give, d->file };
+    pave_result result = d->codec->decode(d->file->format, &file, &d->picture, &d->job, text);
     if (result)
-        return refused(d->context, d->file->path, result, text);
-    return pv_progress(d->context, vetting + (1 - vetting) * to / d->picture.height);
-}
-
-static pave_result read_image(const decoding *d, pave_image **out)
-{
-    int64_t row = row_bytes(&d->picture);
-    int32_t rows = band_rows(row, d->picture.rows), height = d->picture.height;
-    pave_result result = new_image(d->context, &d->picture, d->file, height, out);
-    for (int32_t y = 0, end; y < height && !result; y = end) {
-        end = rows < height - y ? y + rows : height;
-        result = read_rows(d, y, end, (char *)(*out)->pixels + row * y);
-    }
-    if (!result && d->file->premultiplied)
-        pv_unpremultiply(*out);
+        return undecodable(d, result, text);
+    result = describe_blocks(d, &blocks);
     if (!result)
-        result = pv_orient(d->context, out, d->file->orientation);
-    if (result)
-        pave_image_free(out);
-    return result;
-}
-
-static pave_result store_band(const decoding *d, int32_t y, pave_image *band, const pave_threshold_params *threshold,
-                              pv_bitmap *out)
-{
-    pave_image *drawing = NULL;
-    if (d->file->premultiplied)
-        pv_unpremultiply(band);
-    pave_result result = pave_image_threshold(d->context, band, threshold, &drawing);
-    if (!result)
-        pv_bitmap_store(out, y, drawing);
-    pave_image_free(&drawing);
-    return result;
-}
-
-/* Only a band at a time is more than a bit a pixel. */
-static pave_result read_bitmap(const decoding *d, const pave_threshold_params *threshold, pv_bitmap *out)
-{
-    int32_t rows = band_rows(row_bytes(&d->picture), d->picture.rows), height = d->picture.height;
-    pave_result result = pv_bitmap_create(d->context, d->picture.width, height, out);
-    for (int32_t y = 0, end; y < height && !result; y = end) {
-        pave_image *band = NULL;
-        end = rows < height - y ? y + rows : height;
-        result = new_image(d->context, &d->picture, d->file, end - y, &band);
-        if (!result)
-            result = read_rows(d, y, end, band->pixels);
-        if (!result)
-            result = store_band(d, y, band, threshold, out);
-        pave_image_free(&band);
-    }
-    if (result)
-        pv_bitmap_free(out);
-    return result;
-}
-
-/* Decodes to an image, or else to a bitmap. */
-static pave_result decode(decoding *d, pave_image **image, const pave_threshold_params *threshold, pv_bitmap *bitmap)
-{
-    char text[PV_CODEC_TEXT];
-    pave_result result = d->codec->decode(d->file->format, d->file->bytes, d->file->size, &d->picture, &d->job, text);
-    if (result)
-        return refused(d->context, d->file->path, result, text);
-    result = image ? read_image(d, image) : read_bitmap(d, threshold, bitmap);
+        result = pv_blocks_read(d->context, &blocks, target);
     d->codec->close(d->job);
     return result;
 }
 
-static pave_result open_and_decode(pave_context *context, const char *path, uint8_t *bytes, size_t size,
-                                   pave_image **image, const pave_threshold_params *threshold, pv_bitmap *bitmap)
+static pave_result load_and_decode(pave_context *context, pv_encoded *file, const pv_target *target)
 {
-    pv_encoded file = { .path = path, .bytes = bytes, .size = size };
     pv_module module;
-    pave_result result = pv_vet(context, &file, vetting);
-    if (!result && !image && file.orientation >= 2 && file.orientation <= 8)
-        result = pv_fail(context, PAVE_ERR_UNSUPPORTED, "%s: lies on its side; turn it upright before it is laid in "
-                         "windows", path);
-    if (!result)
-        result = pv_module_load(context, path, &module);
+    if (!target->image && file->orientation >= 2 && file->orientation <= 8)
+        return pv_fail(context, PAVE_ERR_UNSUPPORTED, "%s: lies on its side; turn it upright before it is laid in "
+                       "windows", file->path);
+    pave_result result = pv_module_load(context, file->path, &module);
     if (result)
         return result;
-    decoding d = { .context = context, .codec = module.codec, .file = &file };
-    result = decode(&d, image, threshold, bitmap);
+    decoding d = { .context = context, .codec = module.codec, .file = file };
+    result = decode(&d, target);
     pv_module_unload(&module);
+    return result || !target->image ? result : pv_orient(context, target->image, file->orientation);
+}
+
+pave_result pv_raster_read(pave_context *context, pv_input *input, const pv_target *target)
+{
+    pv_encoded file = { .input = input, .path = input->path };
+    pave_result result = pv_vet(context, &file, vetting);
+    if (!result)
+        result = load_and_decode(context, &file, target);
+    pv_release(file.bytes);
     return result;
-}
-
-pave_result pv_raster_read(pave_context *context, const char *path, uint8_t *bytes, size_t size, pave_image **out)
-{
-    return open_and_decode(context, path, bytes, size, out, NULL, NULL);
-}
-
-pave_result pv_raster_read_drawing(pave_context *context, const char *path, uint8_t *bytes, size_t size,
-                                   const pave_threshold_params *threshold, pv_bitmap *out)
-{
-    return open_and_decode(context, path, bytes, size, NULL, threshold, out);
 }
 
 struct pv_raster {
@@ -252,6 +200,7 @@ static void describe(const pave_image *image, pv_pixels pixels, pv_picture *pict
     picture->type = pixels.type;
     picture->linear = pixels.encoding == PAVE_LINEAR;
     picture->alpha = image->alpha;
+    picture->columns = image->width;
     picture->rows = 1;
 }
 
@@ -259,8 +208,8 @@ static pave_result write_bands(pave_context *context, const pave_image *image, p
 {
     pave_result result = PAVE_OK;
     size_t row = (size_t)image->width * (size_t)image->channels * pv_type_bytes(pixels.type);
-    int32_t rows = band_rows((int64_t)row, 1);
-    rows = rows < image->height ? rows : image->height;
+    size_t fitting = row < BAND_BYTES ? BAND_BYTES / row : 1;
+    int32_t rows = fitting < (size_t)image->height ? (int32_t)fitting : image->height;
     void *band = pv_allocate(context, (size_t)rows, row, &result);
     for (int32_t y = 0, end; y < image->height && !result; y = end) {
         end = rows < image->height - y ? y + rows : image->height;

@@ -1,15 +1,11 @@
 /* Images through the module: PNG, JPEG, TIFF, PNM, WebP in; PNG, JPEG, TIFF out. */
 #pragma once
 
-#include "image/bitmap.h"
+#include "io/drawing.h"
+#include "io/input.h"
 #include "io/oiio.h"
 
-/* Decodes a file that is in memory; its bytes are changed. */
-pave_result pv_raster_read(pave_context *context, const char *path, uint8_t *bytes, size_t size, pave_image **out);
-
-/* The same as a drawing, band by band. */
-pave_result pv_raster_read_drawing(pave_context *context, const char *path, uint8_t *bytes, size_t size,
-                                   const pave_threshold_params *threshold, pv_bitmap *out);
+pave_result pv_raster_read(pave_context *context, pv_input *input, const pv_target *target);
 
 /* Writes an image; `format` is "png", "jpeg" or "tiff". */
 pave_result pv_raster_write(pave_context *context, const pave_image *image, const char *path, const char *format);

@@ -3,6 +3,7 @@
 
 #include "cvd/cvd.h"
 #include "field/field.h"
+#include "io/input.h"
 #include "io/output.h"
 #include "io/pile.h"
 
@@ -18,7 +19,7 @@ _Static_assert(sizeof(pv_stone_file_head) <= PV_STONE_FILE_HEAD, "the head has o
 static void set_sizes(int32_t *sizes)
 {
     sizes[0] = sizeof(pv_stone_file_head);
-    sizes[1] = sizeof(pave_measure);
+    sizes[1] = sizeof(pave_report);
     sizes[2] = sizeof(pave_cvd_params);
     sizes[3] = sizeof(pave_stones_params);
     sizes[4] = sizeof(pave_threshold_params);
@@ -41,7 +42,7 @@ static void fill_head(const pv_pile *pile, int64_t bytes, pv_stone_file_head *he
     head->count = s->count;
     head->bytes = bytes;
     memcpy(head->counts, pile->counts, sizeof head->counts);
-    head->measure = s->measure;
+    head->report = s->report;
     head->cvd = s->cvd;
     head->stones = s->params;
     head->field = s->field;
@@ -56,6 +57,7 @@ static void put_stone(pv_output *output, const pv_stone *stone)
     uint16_t corners = (uint16_t)stone->corners;
     memcpy(record, &stone->number, 4);
     record[4] = stone->colour;
+    record[5] = (uint8_t)stone->part;
     memcpy(record + 6, &corners, 2);
     pv_output_bytes(output, record, sizeof record);
     pv_output_bytes(output, stone->xy, (size_t)stone->corners * 2 * sizeof(int32_t));
@@ -93,48 +95,82 @@ pave_result pv_stones_file_write(pave_context *context, pv_pile *pile, const cha
     return pv_output_close_head(output, result, &head, sizeof head);
 }
 
+/* Where a diagram was computed says nothing of what it is. */
+static int same_diagram(pave_cvd_params a, pave_cvd_params b)
+{
+    memcpy(a.window, b.window, sizeof a.window);
+    a.window_margin = b.window_margin;
+    return pv_params_same(&pv_cvd_table, &a, &b, sizeof a);
+}
+
 int pv_stones_file_same(const pv_stone_file_head *head, const pv_making *making)
 {
     return head->drawing == making->drawing &&
-           pv_params_same(&pv_cvd_table, &head->cvd, making->cvd, offsetof(pave_cvd_params, window)) &&
+           same_diagram(head->cvd, *making->cvd) &&
            pv_params_same(&pv_stones_table, &head->stones, making->stones, sizeof head->stones) &&
            pv_params_same(&pv_field_table, &head->field, making->field, sizeof head->field) &&
            pv_params_same(&pv_threshold_table, &head->threshold, making->threshold, sizeof head->threshold);
 }
 
-static pave_result unreadable(pave_context *context, const char *path, int error)
+/* Does the window lie in the plane, and do the colours add up? */
+/* Does a window lie in the plane? In one that repeats it may lie across the border. */
+static int good_span(int32_t start, int32_t length, int32_t plane, int periodic)
 {
-    return pv_fail(context, PAVE_ERR_IO, "%s: cannot be read: %s", path, pv_system_error(error));
+    return plane <= 1 << 20 && start >= 0 && length > 0 && length <= plane && start <= plane - (periodic ? 1 : length);
 }
 
-static pave_result check_head(pave_context *context, const char *path, const pv_stone_file_head *head, int64_t size)
+static int good_head(const pv_stone_file_head *head)
+{
+    int64_t counted = 0;
+    int periodic = head->field.periodic;
+    int good = head->count >= 0 && head->bytes >= head->count * (int64_t)PV_STONE_RECORD;
+    for (int i = 0; i < 256 && good; i++) {
+        good &= head->counts[i] >= 0 && head->counts[i] <= head->count;
+        counted += head->counts[i];
+    }
+    return good && counted == head->count && good_span(head->x, head->width, head->plane_width, periodic) &&
+           good_span(head->y, head->height, head->plane_height, periodic);
+}
+
+static pave_result check_head(const pv_stone_file_head *head, int64_t size, const char **reason)
 {
     int32_t sizes[5];
     set_sizes(sizes);
+    *reason = NULL;
     if (memcmp(head->magic, PV_STONE_FILE_MAGIC, sizeof head->magic))
-        return pv_fail(context, PAVE_ERR_FORMAT, "%s: is not a file of stones", path);
-    if (head->mark != 0x01020304 || memcmp(head->sizes, sizes, sizeof sizes))
-        return pv_fail(context, PAVE_ERR_FORMAT, "%s: was written by another version of libpave", path);
-    if (size != PV_STONE_FILE_HEAD + head->bytes || head->count < 0 || head->width < 1 || head->height < 1 ||
-        head->bytes < head->count * (int64_t)PV_STONE_RECORD)
-        return pv_fail(context, PAVE_ERR_FORMAT, "%s: is a damaged file of stones: its size is wrong", path);
-    return PAVE_OK;
+        *reason = "is not a file of stones";
+    else if (head->mark != 0x01020304 || memcmp(head->sizes, sizes, sizeof sizes))
+        *reason = "was written by another version of libpave";
+    else if (head->bytes < 0 || size - PV_STONE_FILE_HEAD != head->bytes)
+        *reason = "is a damaged file of stones: its size is wrong";
+    else if (!good_head(head))
+        *reason = "is a damaged file of stones: its head contradicts itself";
+    return *reason ? PAVE_ERR_FORMAT : PAVE_OK;
+}
+
+pave_result pv_stones_file_look(const char *path, pv_stone_file_head *head, const char **reason)
+{
+    struct stat info;
+    int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    int64_t got = file < 0 || fstat(file, &info) ? -1 : pv_read_at(file, 0, head, sizeof *head);
+    int error = errno;
+    if (file >= 0)
+        close(file);
+    if (got < 0) {
+        *reason = pv_system_error(error);
+        return PAVE_ERR_IO;
+    }
+    head->backend_name[sizeof head->backend_name - 1] = 0;
+    if (got == (int64_t)sizeof *head && S_ISREG(info.st_mode))
+        return check_head(head, info.st_size, reason);
+    *reason = "is not a file of stones";
+    return PAVE_ERR_FORMAT;
 }
 
 pave_result pv_stones_file_head(pave_context *context, const char *path, pv_stone_file_head *head)
 {
-    struct stat info;
-    int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    if (file < 0)
-        return unreadable(context, path, errno);
-    pave_result result = PAVE_OK;
-    ssize_t got = pread(file, head, sizeof *head, 0);
-    if (fstat(file, &info) || got < 0)
-        result = unreadable(context, path, errno);
-    else if (got < (ssize_t)sizeof *head || !S_ISREG(info.st_mode))
-        result = pv_fail(context, PAVE_ERR_FORMAT, "%s: is not a file of stones", path);
-    else
-        result = check_head(context, path, head, info.st_size);
-    close(file);
-    return result;
+    const char *reason;
+    pave_result result = pv_stones_file_look(path, head, &reason);
+    return result ? pv_fail(context, result, "%s: %s%s", path, result == PAVE_ERR_IO ? "cannot be read: " : "", reason)
+                  : PAVE_OK;
 }

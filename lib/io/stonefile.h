@@ -1,5 +1,6 @@
 /* Stones in a binary file: a head of PV_STONE_FILE_HEAD bytes, then for each stone, in the order of their numbers,
- * int32 number, uint8 colour, uint8 0, uint16 corners, and the corners' int32 x and y in 1/1000 px; little endian. */
+ * int32 number, uint8 colour, uint8 part (of a stone that was cut), uint16 corners, and the corners' int32 x and y in
+ * 1/1000 px; little endian. */
 #pragma once
 
 #include "stones/stones.h"
@@ -16,7 +17,7 @@ typedef struct pv_stone_file_head {
     int64_t bytes; /* of the records */
     uint64_t drawing; /* its hash; 0 if only the whole was laid */
     int64_t counts[256]; /* stones of each colour */
-    pave_measure measure;
+    pave_report report;
     pave_cvd_params cvd;
     pave_stones_params stones;
     pave_field_params field;
@@ -42,5 +43,6 @@ typedef struct pv_making {
 
 int pv_stones_file_same(const pv_stone_file_head *head, const pv_making *making);
 
-/* Reads and checks a head. */
+/* Reads and checks a head; the first without a word, but with the reason of a failure. */
+pave_result pv_stones_file_look(const char *path, pv_stone_file_head *head, const char **reason);
 pave_result pv_stones_file_head(pave_context *context, const char *path, pv_stone_file_head *head);

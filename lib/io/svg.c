@@ -1,4 +1,5 @@
 /* Stones as SVG: one polygon a stone, grouped by colour on a ground of grout. */
+#include "io/copies.h"
 #include "io/output.h"
 #include "io/palette.h"
 #include "io/pavement.h"
@@ -25,10 +26,38 @@ static void put_head(pv_output *output, const pave_stones *stones)
     pv_output_text(output, "\"/>\n");
 }
 
+static void put_name(pv_output *output, const pv_stone *stone)
+{
+    pv_output_text(output, "s");
+    pv_output_whole(output, stone->number);
+    if (!stone->part)
+        return;
+    pv_output_text(output, "-");
+    pv_output_whole(output, stone->part);
+}
+
+/* Where the plane repeats, a stone may be seen more than once. */
+static void put_copies(pv_output *output, const pave_stones *head, const pv_stone *stone)
+{
+    pv_copies c = pv_copies_seen(head, stone->xy, stone->corners);
+    for (int32_t y = c.first_y; y <= c.last_y; y++)
+        for (int32_t x = c.first_x; x <= c.last_x; x++) {
+            if (!x && !y)
+                continue;
+            pv_output_text(output, "<use href=\"#");
+            put_name(output, stone);
+            pv_output_text(output, "\" x=\"");
+            pv_output_whole(output, (int64_t)x * head->plane_width);
+            pv_output_text(output, "\" y=\"");
+            pv_output_whole(output, (int64_t)y * head->plane_height);
+            pv_output_text(output, "\"/>\n");
+        }
+}
+
 static void put_stone(pv_output *output, const pv_stone *stone)
 {
-    pv_output_text(output, "<polygon id=\"s");
-    pv_output_whole(output, stone->number);
+    pv_output_text(output, "<polygon id=\"");
+    put_name(output, stone);
     pv_output_text(output, "\" points=\"");
     for (int32_t i = 0; i < stone->corners; i++) {
         if (i)
@@ -65,6 +94,7 @@ static pave_result put_group(pave_context *context, pv_output *output, pv_pile *
         if (stone.colour != value)
             continue;
         put_stone(output, &stone);
+        put_copies(output, &pile->head, &stone);
         if ((int64_t)(*done += 1) % 4096 == 0)
             result = pv_progress(context, *done / pile->head.count);
     }

@@ -10,27 +10,69 @@ pave_result pv_damaged(pave_context *context, const pv_encoded *file, const char
     return pv_fail(context, PAVE_ERR_FORMAT, "%s: is a damaged %s file: %s", file->path, kind, reason);
 }
 
-static int begins(const pv_encoded *file, size_t at, const char *magic, size_t length)
+void pv_keep(pv_encoded *file, int64_t from, int64_t size, const uint8_t *bytes)
 {
-    return file->size >= at + length && !memcmp(file->bytes + at, magic, length);
+    pv_piece *last = file->piece_count ? &file->pieces[file->piece_count - 1] : NULL;
+    if (last && !last->bytes && !bytes && last->from + last->size == from)
+        last->size += size;
+    else
+        file->pieces[file->piece_count++] = (pv_piece){ from, size, bytes };
+    file->size += (size_t)size;
+}
+
+int32_t pv_encoded_read(const pv_encoded *file, int64_t offset, void *bytes, int64_t size)
+{
+    char *to = bytes;
+    for (int32_t i = 0; i < file->piece_count && size; offset -= file->pieces[i++].size) {
+        const pv_piece *piece = &file->pieces[i];
+        if (offset >= piece->size)
+            continue;
+        int64_t n = size < piece->size - offset ? size : piece->size - offset;
+        if (piece->bytes)
+            memcpy(to, piece->bytes + offset, (size_t)n);
+        else if (pv_read_at(file->input->file, piece->from + offset, to, n) < n)
+            return 0;
+        to += n, offset += n, size -= n;
+    }
+    return !size;
+}
+
+double pv_picture_bytes(const pv_encoded *file)
+{
+    return (double)file->width * (double)file->height * file->channels * file->bits / 8;
+}
+
+/* Formats whose pictures cannot be had in parts. */
+static pave_result load(pave_context *context, pv_encoded *file, pave_result (*vet)(pave_context *, pv_encoded *))
+{
+    pave_result result = pv_input_load(file->input, &file->bytes);
+    return result ? result : vet(context, file);
+}
+
+static int begins(const uint8_t *head, const char *magic, size_t length)
+{
+    return !memcmp(head, magic, length);
 }
 
 pave_result pv_vet(pave_context *context, pv_encoded *file, double share)
 {
-    file->whole = file->size;
+    uint8_t head[16] = { 0 };
+    file->at_once = file->input->size;
+    file->size = file->whole = (size_t)file->at_once;
     file->orientation = 1;
-    if (begins(file, 0, "\x89PNG\r\n\x1A\n", 8))
+    pave_result result = pv_input_read(file->input, 0, head, file->at_once < 16 ? file->at_once : 16);
+    if (result)
+        return result;
+    if (begins(head, "\x89PNG\r\n\x1A\n", 8))
         return pv_vet_png(context, file, share);
-    if (begins(file, 0, "\xFF\xD8\xFF", 3))
-        return pv_vet_jpeg(context, file);
-    if (begins(file, 0, "II*\0", 4) || begins(file, 0, "MM\0*", 4) || begins(file, 0, "II+\0", 4) ||
-        begins(file, 0, "MM\0+", 4))
+    if (begins(head, "\xFF\xD8\xFF", 3))
+        return load(context, file, pv_vet_jpeg);
+    if (begins(head, "II*\0", 4) || begins(head, "MM\0*", 4) || begins(head, "II+\0", 4) || begins(head, "MM\0+", 4))
         return pv_vet_tiff(context, file);
-    if (file->size > 2 && file->bytes[0] == 'P' && file->bytes[1] >= '1' && file->bytes[1] <= '6' &&
-        strchr(" \t\r\n#", file->bytes[2]) && file->bytes[2])
-        return pv_vet_pnm(context, file);
-    if (begins(file, 0, "RIFF", 4) && begins(file, 8, "WEBP", 4))
-        return pv_vet_webp(context, file);
+    if (head[0] == 'P' && head[1] >= '1' && head[1] <= '6' && strchr(" \t\r\n#", head[2]) && head[2])
+        return load(context, file, pv_vet_pnm);
+    if (begins(head, "RIFF", 4) && begins(head + 8, "WEBP", 4))
+        return load(context, file, pv_vet_webp);
     return pv_fail(context, PAVE_ERR_FORMAT,
                    "%s: is not an image that pave reads (PNG, JPEG, TIFF, PNM, WebP, OpenEXR)", file->path);
 }
@@ -43,8 +85,7 @@ pave_result pv_check_claims(pave_context *context, const pv_encoded *file)
     if (file->channels < 1 || file->channels > PV_MOST_CHANNELS)
         return pv_fail(context, PAVE_ERR_LIMIT, "%s: has %d channels, and 1 to %d can be read", file->path,
                        file->channels, PV_MOST_CHANNELS);
-    double claimed = (double)file->width * (double)file->height * file->channels * file->bits / 8;
-    if (file->expansion && claimed > (double)file->whole * file->expansion + 65536)
+    if (file->expansion && pv_picture_bytes(file) > (double)file->whole * file->expansion + 65536)
         return pv_fail(context, PAVE_ERR_LIMIT, "%s: claims %lld x %lld px, more than a file of %zu bytes can hold",
                        file->path, (long long)file->width, (long long)file->height, file->whole);
     return PAVE_OK;

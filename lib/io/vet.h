@@ -1,20 +1,33 @@
 /* Image files looked over before a decoder sees them: sizes read, damage found, metadata taken out. */
 #pragma once
 
-#include "base/context.h"
+#include "io/input.h"
 
-/* A file in memory. Vetting shrinks `bytes` in place to what holds the picture: decoders have been hurt by colour
- * profiles and Exif, and some print to stderr about what they do not like. */
+/* A part of what the decoder sees: bytes of the file, or others in their place. */
+typedef struct pv_piece {
+    int64_t from, size;
+    const uint8_t *bytes; /* NULL: of the file */
+} pv_piece;
+
+enum { PV_MOST_PIECES = 8 };
+
+/* A file to be decoded. Of it the decoder sees only what holds the picture: decoders have been hurt by colour profiles
+ * and Exif, and some print to stderr about what they do not like. It sees `bytes` if they are there, else `pieces`. */
 typedef struct pv_encoded {
-    const char *path; /* for sentences */
-    uint8_t *bytes;
-    size_t size, whole; /* now, and as the file came */
-    const char *format; /* the decoder's name for it, "png" */
+    pv_input *input;
+    const char *path;  /* for sentences */
+    uint8_t *bytes;    /* the file, or in `pieces` what replaces a part of it; to be released */
+    size_t size;       /* of what the decoder sees */
+    size_t whole;      /* of the file */
+    pv_piece pieces[PV_MOST_PIECES];
+    int32_t piece_count; /* 0: all is in `bytes` */
+    const char *format;  /* the decoder's name for it, "png" */
     int64_t width, height;
     int32_t channels, bits;  /* as stored */
     int32_t orientation;     /* EXIF, 1..8 */
     int32_t premultiplied;   /* colours are multiplied by alpha */
     int32_t expansion;       /* bytes of pixels that a byte of file can hold; 0: no telling */
+    int64_t at_once;         /* bytes that a decoder must hold at once, about: the file, a strip of it, the picture */
 } pv_encoded;
 
 /* Recognises the format by the first bytes and vets the file; progress of 0..share of the stage. */
@@ -25,6 +38,15 @@ pave_result pv_vet_jpeg(pave_context *context, pv_encoded *file);
 pave_result pv_vet_tiff(pave_context *context, pv_encoded *file);
 pave_result pv_vet_pnm(pave_context *context, pv_encoded *file);
 pave_result pv_vet_webp(pave_context *context, pv_encoded *file);
+
+/* Adds to what the decoder sees; what follows on the piece before becomes one with it. */
+void pv_keep(pv_encoded *file, int64_t from, int64_t size, const uint8_t *bytes);
+
+/* Reads from what the decoder sees; 0 on failure, with errno set. Any thread may. */
+int32_t pv_encoded_read(const pv_encoded *file, int64_t offset, void *bytes, int64_t size);
+
+/* Bytes of the whole picture, as stored. */
+double pv_picture_bytes(const pv_encoded *file);
 
 /* The orientation that an EXIF block (a small TIFF) asks for; 1 if it does not. */
 int32_t pv_exif_orientation(const uint8_t *bytes, size_t size);

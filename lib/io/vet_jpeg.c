@@ -36,7 +36,10 @@ static pave_result read_frame(jpeg_file *jpeg, int marker, const uint8_t *data, 
                        "%s: is a JPEG file of a kind that is not read (lossless, hierarchical or 12 bits)", file->path);
     if (file->channels != 1 && file->channels != 3 && file->channels != 4)
         return damaged(jpeg, "it has neither 1, 3 nor 4 channels");
-    return pv_check_claims(jpeg->context, file);
+    pave_result result = pv_check_claims(jpeg->context, file);
+    if (!result && (marker & 3) == 2) /* progressive: all coefficients */
+        file->at_once += 2 * (int64_t)pv_picture_bytes(file);
+    return result;
 }
 
 /* Entropy-coded data run up to the next marker that is neither a stuffed byte nor a restart. */

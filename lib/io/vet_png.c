@@ -5,27 +5,34 @@
 #include <string.h>
 #include <zlib.h>
 
-enum { SIDE_OF_LIBPNG = 1000000, EXPANSION = 1100, STEP = 1 << 22 };
+enum { SIDE_OF_LIBPNG = 1000000, EXPANSION = 1100 };
 enum { GREY = 0, RGB = 2, PALETTE = 3, GREY_ALPHA = 4, RGB_ALPHA = 6 };
 
 typedef struct png_file {
     pave_context *context;
     pv_encoded *file;
-    size_t read, written; /* where the next chunk is, and where the next one to keep goes */
+    int64_t read; /* where the next chunk is */
     uint32_t colour, interlaced, entries;
-    int palette, transparency, data;
-    size_t first_data;
+    int palette, transparency;
+    int64_t first_data, end_of_data;
     pave_result memory; /* what became of zlib's last allocation */
 } png_file;
+
+/* A chunk; its data follow the first 8 bytes. */
+typedef struct png_chunk {
+    int64_t from;
+    uint32_t length;
+    char type[5];
+} png_chunk;
 
 static pave_result damaged(const png_file *png, const char *reason)
 {
     return pv_damaged(png->context, png->file, "PNG", reason);
 }
 
-static int is_type(const uint8_t *chunk, const char *type)
+static int is_type(const png_chunk *chunk, const char *type)
 {
-    return !memcmp(chunk + 4, type, 4);
+    return !memcmp(chunk->type, type, 4);
 }
 
 static pave_result read_header(png_file *png, const uint8_t *data, uint32_t length)
@@ -57,7 +64,7 @@ static pave_result read_header(png_file *png, const uint8_t *data, uint32_t leng
 static int good_transparency(const png_file *png, const uint8_t *data, uint32_t length)
 {
     uint32_t most = (1u << png->file->bits) - 1;
-    if (png->data || png->transparency)
+    if (png->first_data || png->transparency)
         return 0;
     if (png->colour == GREY)
         return length == 2 && pv_be16(data) <= most;
@@ -66,77 +73,128 @@ static int good_transparency(const png_file *png, const uint8_t *data, uint32_t 
     return png->colour == PALETTE && png->palette && length >= 1 && length <= png->entries;
 }
 
-/* Decides on one chunk: keep it? */
-static pave_result look_at(png_file *png, const uint8_t *chunk, uint32_t length, int *keep)
+static pave_result take_palette(png_file *png, uint32_t length)
 {
-    const uint8_t *data = chunk + 8;
+    png->entries = length / 3;
+    if (png->palette++ || png->first_data || length % 3 || !length || png->entries > 1u << png->file->bits)
+        return damaged(png, "its palette is out of place or of a wrong length");
+    return PAVE_OK;
+}
+
+/* The picture's data, in one chunk or in some that follow each other. */
+static pave_result take_data(png_file *png, const png_chunk *chunk)
+{
+    if (png->colour == PALETTE && !png->palette)
+        return damaged(png, "its palette is missing");
+    if (png->first_data && chunk->from != png->end_of_data)
+        return damaged(png, "its picture is in two places");
+    if (!png->first_data)
+        png->first_data = chunk->from;
+    png->end_of_data = png->read;
+    return PAVE_OK;
+}
+
+/* Decides on one chunk: keep it? */
+static pave_result look_at(png_file *png, const png_chunk *chunk, int *keep)
+{
+    const uint8_t *data;
+    uint32_t length = chunk->length;
     if (is_type(chunk, "IHDR"))
         return damaged(png, "it has two headers");
     if (is_type(chunk, "PLTE")) {
         *keep = png->colour == PALETTE;
-        png->entries = length / 3;
-        if (*keep && (png->palette++ || png->data || length % 3 || !length || png->entries > 1u << png->file->bits))
-            return damaged(png, "its palette is out of place or of a wrong length");
-    } else if (is_type(chunk, "tRNS")) {
-        *keep = good_transparency(png, data, length);
-        png->transparency |= *keep;
-    } else if (is_type(chunk, "IDAT")) {
-        *keep = 1;
-        if (png->colour == PALETTE && !png->palette)
-            return damaged(png, "its palette is missing");
-        if (!png->data++)
-            png->first_data = png->written;
-    } else if (is_type(chunk, "eXIf")) {
-        png->file->orientation = pv_exif_orientation(data, length);
-    } else if (!(chunk[4] & 0x20)) {
-        return damaged(png, "it holds a chunk of an unknown kind that it cannot do without");
+        return *keep ? take_palette(png, length) : PAVE_OK;
     }
-    return PAVE_OK;
+    if (is_type(chunk, "IDAT")) {
+        *keep = 1;
+        return take_data(png, chunk);
+    }
+    if (is_type(chunk, "tRNS") || is_type(chunk, "eXIf")) {
+        if (length > PV_INPUT_LOOK)
+            return PAVE_OK;
+        pave_result result = pv_input_look(png->file->input, chunk->from + 8, length, &data);
+        if (result)
+            return result;
+        if (is_type(chunk, "eXIf"))
+            png->file->orientation = pv_exif_orientation(data, length);
+        else
+            png->transparency |= *keep = good_transparency(png, data, length);
+        return PAVE_OK;
+    }
+    return chunk->type[0] & 0x20 ? PAVE_OK
+                                 : damaged(png, "it holds a chunk of an unknown kind that it cannot do without");
 }
 
-static pave_result next_chunk(png_file *png, uint8_t **chunk, uint32_t *length)
+static pave_result check_sum(png_file *png, const png_chunk *chunk)
 {
-    pv_encoded *file = png->file;
-    size_t left = file->size - png->read;
-    *chunk = file->bytes + png->read;
-    *length = left >= 12 ? pv_be32(*chunk) : 0;
-    if (left < 12 || *length > left - 12)
+    const uint8_t *data;
+    int64_t at = chunk->from + 4, end = at + 4 + chunk->length;
+    uLong sum = 0;
+    for (int64_t n; at < end; at += n) {
+        n = end - at < PV_INPUT_LOOK ? end - at : PV_INPUT_LOOK;
+        pave_result result = pv_input_look(png->file->input, at, n, &data);
+        if (!result)
+            result = pv_progress(png->context, 0);
+        if (result)
+            return result;
+        sum = crc32(sum, data, (uInt)n);
+    }
+    pave_result result = pv_input_look(png->file->input, end, 4, &data);
+    return result || pv_be32(data) == sum ? result : damaged(png, "a checksum is wrong");
+}
+
+static pave_result chunk_at(png_file *png, int64_t at, png_chunk *out)
+{
+    const uint8_t *head;
+    int64_t left = png->file->input->size - at;
+    if (left < 12)
         return damaged(png, "it is cut short");
-    int needed = !((*chunk)[4] & 0x20) || is_type(*chunk, "tRNS");
-    if (needed && pv_be32(*chunk + 8 + *length) != crc32(0, *chunk + 4, *length + 4))
-        return damaged(png, "a checksum is wrong");
-    png->read += *length + 12;
-    return PAVE_OK;
+    pave_result result = pv_input_look(png->file->input, at, 8, &head);
+    if (result)
+        return result;
+    *out = (png_chunk){ .from = at, .length = pv_be32(head) };
+    memcpy(out->type, head + 4, 4);
+    return out->length > left - 12 ? damaged(png, "it is cut short") : PAVE_OK;
 }
 
-static void keep_chunk(png_file *png, const uint8_t *chunk, uint32_t length)
+static pave_result next_chunk(png_file *png, png_chunk *out)
 {
-    memmove(png->file->bytes + png->written, chunk, (size_t)length + 12);
-    png->written += (size_t)length + 12;
+    pave_result result = chunk_at(png, png->read, out);
+    if (!result && (!(out->type[0] & 0x20) || is_type(out, "tRNS")))
+        result = check_sum(png, out);
+    png->read += (int64_t)out->length + 12;
+    return result;
+}
+
+static pave_result begin(png_file *png)
+{
+    png_chunk chunk = { 0 };
+    const uint8_t *data;
+    pave_result result = next_chunk(png, &chunk);
+    if (!result && !is_type(&chunk, "IHDR"))
+        return damaged(png, "its header is missing");
+    if (!result)
+        result = pv_input_look(png->file->input, chunk.from + 8, chunk.length < 13 ? chunk.length : 13, &data);
+    if (!result)
+        result = read_header(png, data, chunk.length);
+    pv_keep(png->file, 0, png->read, NULL);
+    return result;
 }
 
 static pave_result walk_chunks(png_file *png)
 {
-    uint8_t *chunk;
-    uint32_t length;
-    pave_result result = next_chunk(png, &chunk, &length);
-    if (!result && !is_type(chunk, "IHDR"))
-        return damaged(png, "its header is missing");
-    if (!result)
-        result = read_header(png, chunk + 8, length);
-    png->written = png->read;
-    while (!result && !(result = next_chunk(png, &chunk, &length))) {
-        int last = is_type(chunk, "IEND"), keep = last;
-        if (last && length)
+    png_chunk chunk = { 0 };
+    pave_result result = begin(png);
+    while (!result && !is_type(&chunk, "IEND") && !(result = next_chunk(png, &chunk))) {
+        int last = is_type(&chunk, "IEND"), keep = last;
+        if (last && chunk.length)
             return damaged(png, "its end is of a wrong length");
-        if (last && !png->data)
+        if (last && !png->first_data)
             return damaged(png, "it holds no picture");
         if (!last)
-            result = look_at(png, chunk, length, &keep);
+            result = look_at(png, &chunk, &keep);
         if (!result && keep)
-            keep_chunk(png, chunk, length);
-        if (last)
-            break;
+            pv_keep(png->file, chunk.from, (int64_t)chunk.length + 12, NULL);
     }
     return result;
 }
@@ -216,24 +274,40 @@ static const char *inflate_chunk(const png_file *png, z_stream *stream, png_rows
     return *ended && stream->avail_in ? "data follow its picture" : NULL;
 }
 
+/* One IDAT chunk; *reason says what is wrong with it. */
+static pave_result inflate_data(png_file *png, const png_chunk *chunk, z_stream *stream, png_rows *at, int *ended,
+                                const char **reason)
+{
+    const uint8_t *data;
+    int64_t from = chunk->from + 8, end = from + chunk->length;
+    pave_result result = PAVE_OK;
+    for (int64_t n; from < end && !*reason && !result; from += n) {
+        n = end - from < PV_INPUT_LOOK ? end - from : PV_INPUT_LOOK;
+        result = pv_input_look(png->file->input, from, n, &data);
+        if (result)
+            break;
+        stream->next_in = (Bytef *)(uintptr_t)data;
+        stream->avail_in = (uInt)n;
+        stream->avail_out = 1;
+        *reason = *ended ? "data follow its picture" : inflate_chunk(png, stream, at, ended);
+    }
+    return result;
+}
+
 static pave_result inflate_all(png_file *png, z_stream *stream, double share)
 {
     png_rows at = { 0, png->interlaced ? 7 : 1, 0, 0, 0 };
+    png_chunk chunk = { .from = png->first_data };
     const char *reason = NULL;
     pave_result result = PAVE_OK;
     int ended = 0;
     begin_pass(png, &at);
-    const uint8_t *chunk = png->file->bytes + png->first_data;
-    for (; is_type(chunk, "IDAT") && !reason && !result; chunk += pv_be32(chunk) + 12) {
-        for (uint32_t from = 0, length = pv_be32(chunk), n; from < length && !reason && !result; from += n) {
-            n = length - from < STEP ? length - from : STEP;
-            stream->next_in = (Bytef *)(uintptr_t)(chunk + 8 + from);
-            stream->avail_in = n;
-            stream->avail_out = 1;
-            reason = ended ? "data follow its picture" : inflate_chunk(png, stream, &at, &ended);
-            result = pv_progress(png->context, share * (double)(chunk + from - png->file->bytes) /
-                                                   (double)png->written);
-        }
+    for (int64_t from = chunk.from; from < png->end_of_data && !reason && !result; from += (int64_t)chunk.length + 12) {
+        result = chunk_at(png, from, &chunk);
+        if (!result)
+            result = inflate_data(png, &chunk, stream, &at, &ended, &reason);
+        if (!result)
+            result = pv_progress(png->context, share * (double)from / (double)png->end_of_data);
     }
     if (!reason && (!ended || at.rows))
         reason = "its picture is cut short";
@@ -261,9 +335,12 @@ pave_result pv_vet_png(pave_context *context, pv_encoded *file, double share)
     png_file png = { .context = context, .file = file, .read = 8 };
     file->format = "png";
     file->expansion = EXPANSION;
+    file->size = 0;
     pave_result result = walk_chunks(&png);
     if (!result)
         result = pv_check_claims(context, file);
-    file->size = png.written;
-    return result ? result : check_picture(&png, share);
+    if (result)
+        return result;
+    file->at_once = png.interlaced ? (int64_t)pv_picture_bytes(file) : 0;
+    return check_picture(&png, share);
 }

@@ -46,5 +46,8 @@ pave_result pv_vet_webp(pave_context *context, pv_encoded *file)
             file->orientation = pv_exif_orientation(data + prefix, length - (size_t)prefix);
         at += 8 + (size_t)length + (length & 1);
     }
-    return pv_check_claims(context, file);
+    pave_result result = pv_check_claims(context, file);
+    if (!result)
+        file->at_once += (int64_t)pv_picture_bytes(file);
+    return result;
 }

@@ -1,4 +1,5 @@
 /* Single stones (III.C): wide corners and small edges dropped, coloured, shrunk by the grout, and made valid. */
+#include "base/parallel.h"
 #include "cvd/cvd.h"
 #include "image/image.h"
 #include "stones/stones.h"
@@ -6,6 +7,7 @@
 #include "util/polygon.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { MOST_CORNERS = 256, LEAST_CORNERS = 4, GRID = 1000 };
@@ -167,14 +169,15 @@ typedef struct cut_limits {
     double drop_width, small_edge, half_grout;
 } cut_limits;
 
-static int32_t cut_stone(const pave_image *drawing, const cut_limits *limits, stone *s, uint8_t *colour, pv_cell *ring,
-                         int32_t *repaired)
+/* The stone is where it was first drawn; as seen in the drawing it is a shift away. */
+static int32_t cut_stone(const pave_image *drawing, const cut_limits *limits, pv_shift shift, stone *s, uint8_t *colour,
+                         pv_cell *ring, int32_t *repaired)
 {
     int32_t count;
     drop_wide_corners(s, limits->drop_width);
     drop_small_edges(s, limits->small_edge);
     pv_point centre = centroid(s);
-    *colour = pv_colour_at(drawing, centre);
+    *colour = pv_colour_at(drawing, (pv_point){ floor(centre.x) + shift.x / 256, floor(centre.y) + shift.y / 256 });
     if (area_of(s) > 0)
         shrink(s, centre, limits->half_grout);
     if (!to_grid(s, ring, &count))
@@ -183,30 +186,73 @@ static int32_t cut_stone(const pave_image *drawing, const cut_limits *limits, st
 }
 
 /* Rings of broken cells can be longer than any stone: evenly thinned out. */
-static void take_ring(const pv_mesh *mesh, int32_t r, stone *s)
+static void take_ring(const pv_mesh *mesh, int32_t r, pv_shift shift, stone *s)
 {
     int64_t count = mesh->first[r + 1] - mesh->first[r];
     s->count = count < MOST_CORNERS ? (int32_t)count : MOST_CORNERS;
-    for (int32_t i = 0; i < s->count; i++)
-        s->p[i] = mesh->vertex[mesh->corner[mesh->first[r] + i * count / s->count]];
-}
-
-static void add_stone(pave_stones *out, int32_t site, uint8_t colour, const pv_cell *ring, int32_t count)
-{
-    int64_t at = out->starts[out->count];
-    for (int32_t i = 0; i < count; i++) {
-        out->vertices[2 * (at + i)] = (double)ring[i].x / GRID;
-        out->vertices[2 * (at + i) + 1] = (double)ring[i].y / GRID;
+    for (int32_t i = 0; i < s->count; i++) {
+        pv_point p = mesh->vertex[mesh->corner[mesh->first[r] + i * count / s->count]];
+        s->p[i] = (pv_point){ p.x - shift.x / 256, p.y - shift.y / 256 };
     }
-    out->colours[out->count] = colour;
-    out->sites[out->count] = site;
-    out->starts[++out->count] = at + count;
 }
 
-static pave_result allocate(pave_context *context, const pv_mesh *mesh, pave_stones *out)
+/* While stones are made, each has its corners where its ring has them; 0 corners: it is lost. */
+typedef struct isolate_job {
+    const pave_image *drawing;
+    const pave_cvd *cvd;
+    const pv_mesh *mesh;
+    cut_limits limits;
+    pave_stones *out;
+    int32_t *corners;
+    int32_t repaired;
+} isolate_job;
+
+static void isolate_ring(const isolate_job *job, int32_t r, int32_t *repaired)
+{
+    stone s;
+    pv_cell ring[MOST_CORNERS];
+    int64_t first = job->mesh->first[r];
+    job->corners[r] = 0;
+    if (!job->cvd->mine[r] || job->mesh->first[r + 1] - first < 3)
+        return;
+    pv_shift shift = job->cvd->shifts ? job->cvd->shifts[r] : (pv_shift){ 0, 0 };
+    take_ring(job->mesh, r, shift, &s);
+    int32_t count = cut_stone(job->drawing, &job->limits, shift, &s, &job->out->colours[r], ring, repaired);
+    job->corners[r] = count;
+    for (int32_t i = 0; i < count; i++) {
+        job->out->vertices[2 * (first + i)] = (double)ring[i].x / GRID;
+        job->out->vertices[2 * (first + i) + 1] = (double)ring[i].y / GRID;
+    }
+}
+
+static void isolate_some(void *data, int32_t begin, int32_t end, int32_t worker)
+{
+    (void)worker;
+    isolate_job *job = data;
+    int32_t repaired = 0;
+    for (int32_t r = begin; r < end; r++)
+        isolate_ring(job, r, &repaired);
+    __atomic_fetch_add(&job->repaired, repaired, __ATOMIC_RELAXED);
+}
+
+/* Moves the stones together, in the order of their sites. */
+static void close_ranks(const isolate_job *job)
+{
+    pave_stones *out = job->out;
+    for (int32_t r = 0; r < job->mesh->ring_count; r++) {
+        int64_t at = out->starts[out->count], first = job->mesh->first[r], corners = job->corners[r];
+        if (!corners)
+            continue;
+        memmove(out->vertices + 2 * at, out->vertices + 2 * first, 2 * (size_t)corners * sizeof *out->vertices);
+        out->colours[out->count] = out->colours[r];
+        out->sites[out->count] = job->cvd->numbers[r];
+        out->starts[++out->count] = at + corners;
+    }
+}
+
+static pave_result allocate(pave_context *context, size_t n, size_t corners, pave_stones *out)
 {
     pave_result result = PAVE_OK;
-    size_t n = (size_t)mesh->ring_count, corners = (size_t)mesh->first[mesh->ring_count];
     out->starts = pv_allocate_zeroed(context, n + 1, sizeof *out->starts, &result);
     if (!result)
         out->vertices = pv_allocate(context, corners, 2 * sizeof *out->vertices, &result);
@@ -217,24 +263,76 @@ static pave_result allocate(pave_context *context, const pv_mesh *mesh, pave_sto
     return result;
 }
 
+typedef struct numbered {
+    int32_t number, place;
+} numbered;
+
+static int by_number(const void *a, const void *b)
+{
+    const numbered *p = a, *q = b;
+    return (p->number > q->number) - (p->number < q->number);
+}
+
+static void put_in_order(const numbered *order, const pave_stones *from, pave_stones *to)
+{
+    for (int32_t i = 0; i < from->count; i++) {
+        int32_t k = order[i].place;
+        int64_t first = from->starts[k], corners = from->starts[k + 1] - first;
+        memcpy(to->vertices + 2 * to->starts[i], from->vertices + 2 * first,
+               2 * (size_t)corners * sizeof *to->vertices);
+        to->starts[i + 1] = to->starts[i] + corners;
+        to->colours[i] = from->colours[k];
+        to->sites[i] = order[i].number;
+    }
+}
+
+static void drop_arrays(pave_stones *s)
+{
+    pv_release(s->starts);
+    pv_release(s->vertices);
+    pv_release(s->colours);
+    pv_release(s->sites);
+}
+
+/* A window across the border of a plane that repeats has the stones of the highest numbers first. */
+static pave_result sort_stones(pave_context *context, pave_stones *out)
+{
+    pave_result result = PAVE_OK;
+    pave_stones sorted = *out;
+    sorted.starts = NULL, sorted.vertices = NULL, sorted.colours = NULL, sorted.sites = NULL;
+    numbered *order = pv_allocate(context, (size_t)out->count, sizeof *order, &result);
+    if (!result)
+        result = allocate(context, (size_t)out->count, (size_t)out->starts[out->count], &sorted);
+    for (int32_t i = 0; i < out->count && !result; i++)
+        order[i] = (numbered){ out->sites[i], i };
+    if (!result) {
+        qsort(order, (size_t)out->count, sizeof *order, by_number);
+        put_in_order(order, out, &sorted);
+    }
+    drop_arrays(result ? &sorted : out);
+    if (!result)
+        *out = sorted;
+    pv_release(order);
+    return result;
+}
+
 pave_result pv_stones_isolate(pave_context *context, const pave_image *drawing, const pave_cvd *cvd,
                               const pv_mesh *mesh, pave_stones *out)
 {
-    pave_result result = allocate(context, mesh, out);
     cut_limits limits = { pv_width_of_degrees(out->params.drop_angle), out->params.small_edge * cvd->params.half_side,
-                      out->params.grout / 2 };
-    for (int32_t r = 0; r < mesh->ring_count && !result; r++) {
-        stone s;
-        pv_cell ring[MOST_CORNERS];
-        uint8_t colour;
-        if (cvd->mine[r] && mesh->first[r + 1] - mesh->first[r] >= 3) {
-            take_ring(mesh, r, &s);
-            int32_t count = cut_stone(drawing, &limits, &s, &colour, ring, &out->measure.repaired);
-            if (count)
-                add_stone(out, cvd->numbers[r], colour, ring, count);
-        }
-        if (r % 4096 == 0)
-            result = pv_progress(context, 0.7 + 0.25 * r / mesh->ring_count);
-    }
+                          out->params.grout / 2 };
+    isolate_job job = { drawing, cvd, mesh, limits, out, NULL, 0 };
+    size_t rings = (size_t)mesh->ring_count;
+    pave_result result = allocate(context, rings, (size_t)mesh->first[mesh->ring_count], out);
+    if (!result)
+        job.corners = pv_allocate(context, (size_t)mesh->ring_count, sizeof *job.corners, &result);
+    if (!result)
+        result = pv_parallel_runs(context, mesh->ring_count, PV_RINGS, isolate_some, &job, 0.7, 0.95);
+    if (!result)
+        close_ranks(&job);
+    if (!result && cvd->shifts)
+        result = sort_stones(context, out);
+    out->report.repaired = job.repaired;
+    pv_release(job.corners);
     return result;
 }

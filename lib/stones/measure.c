@@ -1,63 +1,110 @@
-/* What a pavement is judged by: corners (Fig. 9), areas (Fig. 12), coverage. */
-#include "cvd/cvd.h"
-#include "stones/stones.h"
+/* The judge: stones against their drawing. Each part of the measures has a file. */
+#include "stones/measure.h"
 
-#include "util/polygon.h"
+#include "base/params.h"
 
-#include <math.h>
 #include <string.h>
 
-static void count_in(int64_t *bins, double at)
+static const pave_stones_measure_params default_params = PAVE_STONES_MEASURE_PARAMS_INIT;
+
+static const pv_param measure_rows[] = {
+    PV_REAL(pave_stones_measure_params, half_side, "px", 0, 4096,
+            "what near, far, thin and small are told by; 0: as laid, or by the stones' number"),
+    PV_REAL(pave_stones_measure_params, joint_limit, "half sides", 0.01, 100, "wider gaps are holes, not joints"),
+};
+
+const pv_table pv_measure_table = PV_TABLE("measure", default_params, measure_rows);
+
+void pave_stones_measure_params_init(pave_stones_measure_params *params, size_t size)
 {
-    bins[at < PAVE_MEASURE_BINS - 1 ? (int)at : PAVE_MEASURE_BINS - 1]++;
+    pv_params_init(&pv_measure_table, params, size);
 }
 
-static double area_of(const pave_stones *stones, int32_t s)
+static pave_result check_inputs(pave_context *context, const pave_image *drawing, const pave_stones *stones)
 {
-    const double *v = stones->vertices + 2 * stones->starts[s];
-    int64_t count = stones->starts[s + 1] - stones->starts[s];
-    double area = 0;
-    for (int64_t i = 1; i + 1 < count; i++)
-        area += pv_left_turn(v[0], v[1], v[2 * i], v[2 * i + 1], v[2 * i + 2], v[2 * i + 3]);
-    return area / 2;
+    if (drawing->channels != 1 || drawing->type != PAVE_U8)
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "a drawing has one 8-bit channel: call pave_image_threshold first");
+    if (drawing->width != drawing->place.width || drawing->height != drawing->place.height)
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "stones are measured against the whole drawing, not a part of it");
+    if (stones->x < 0 || stones->y < 0 || stones->width > drawing->width - stones->x ||
+        stones->height > drawing->height - stones->y)
+        return pv_fail(context, PAVE_ERR_ARGUMENT,
+                       "the stones lie on %d,%d,%d,%d px, which is not within the drawing's %d x %d px", stones->x,
+                       stones->y, stones->width, stones->height, drawing->width, drawing->height);
+    return PAVE_OK;
 }
 
-void pv_stones_measure(const pave_cvd *cvd, const pv_mesh *mesh, pave_stones *stones)
+static pave_result field_of(pave_context *context, const pave_image *drawing, pave_field **out)
 {
-    pave_measure *m = &stones->measure;
-    double sum = 0, squares = 0, half_side = cvd->params.half_side;
-    m->half_side = half_side;
-    m->area_step = half_side * half_side / 2;
-    for (int32_t r = 0; r < mesh->ring_count; r++) {
-        if (!cvd->mine[r])
-            continue;
-        m->sites++;
-        count_in(m->corners_before, (double)(mesh->first[r + 1] - mesh->first[r]));
-    }
-    m->stones = stones->count;
-    m->lost = m->sites - stones->count;
-    for (int32_t s = 0; s < stones->count; s++) {
-        double area = area_of(stones, s);
-        count_in(m->corners_after, (double)(stones->starts[s + 1] - stones->starts[s]));
-        count_in(m->areas, area / m->area_step);
-        sum += area;
-        squares += area * area;
-    }
-    double n = stones->count ? stones->count : 1, variance = squares / n - sum / n * (sum / n);
-    m->area_mean = sum / n;
-    m->area_deviation = variance > 0 ? sqrt(variance) : 0;
-    m->coverage = sum / ((double)stones->width * stones->height);
+    pave_field_params params = PAVE_FIELD_PARAMS_INIT;
+    params.metric = PAVE_METRIC_EUCLID;
+    pv_call call = pv_call_begin(context, "measure", 0.5, 0.65);
+    pave_result result = pave_field_create(context, drawing, &params, out);
+    pv_call_end(context, call);
+    return result;
 }
 
-pave_result pave_stones_measure(pave_context *context, const pave_stones *stones, pave_measure *measure)
+static pave_result judge(pave_context *context, const pv_survey *survey, pave_stones_measures *out)
 {
-    if (!context || !stones || !measure)
+    pave_image *painted = NULL;
+    pave_field *field = NULL;
+    pave_result result = pv_measure_shapes(context, survey, out);
+    if (!result)
+        result = pv_measure_overlap(context, survey, out);
+    if (!result)
+        result = pv_measure_ground(context, survey, &painted, out);
+    if (!result)
+        result = field_of(context, survey->drawing, &field);
+    if (!result)
+        result = pv_measure_directions(context, survey, field, out);
+    if (!result)
+        result = pv_measure_joints(context, survey, out);
+    if (!result)
+        result = pv_measure_edges(context, survey, field, painted, out);
+    pave_field_free(&field);
+    pave_image_free(&painted);
+    return result;
+}
+
+static pave_result measure(pave_context *context, const pave_image *drawing, const pave_stones *stones,
+                           const pave_stones_measure_params *params, pave_stones_measures *out)
+{
+    pv_survey survey;
+    memset(out, 0, sizeof *out);
+    out->size = sizeof *out;
+    out->width = stones->width;
+    out->height = stones->height;
+    pave_result result = pv_survey_make(context, drawing, stones, params, &survey, &out->clockwise);
+    out->half_side = survey.half_side;
+    if (!result)
+        result = judge(context, &survey, out);
+    pv_survey_free(&survey);
+    return result ? result : pv_progress(context, 1);
+}
+
+pave_result pave_stones_measure(pave_context *context, const pave_image *drawing, const pave_stones *stones,
+                                const pave_stones_measure_params *given, pave_stones_measures *out)
+{
+    if (!context || !drawing || !stones || !out)
         return PAVE_ERR_ARGUMENT;
-    size_t size = measure->size, known = sizeof stones->measure;
+    size_t size = out->size;
+    pave_stones_measure_params params;
+    pave_stones_measures measures;
     if (size < sizeof(size_t) || size > 65536)
-        return pv_fail(context, PAVE_ERR_ARGUMENT, "the measure has no size: set it first");
-    memset(measure, 0, size);
-    memcpy(measure, &stones->measure, size < known ? size : known);
-    measure->size = size;
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "the measures have no size: set it first");
+    memset(out, 0, size);
+    out->size = size;
+    pave_result result = pv_params_read(context, &pv_measure_table, given, &params);
+    if (!result)
+        result = check_inputs(context, drawing, stones);
+    if (result)
+        return result;
+    pv_call call = pv_call_begin(context, "measure", 0, 1);
+    result = measure(context, drawing, stones, &params, &measures);
+    pv_call_end(context, call);
+    if (result)
+        return result;
+    memcpy(out, &measures, size < sizeof measures ? size : sizeof measures);
+    out->size = size;
     return PAVE_OK;
 }

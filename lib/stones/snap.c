@@ -1,5 +1,6 @@
 /* Vertices moved to the edges of the drawing (III.C): all whose pixel has another colour than the centre of one of
  * their polygons go along the gradient of the distance until they are on the edge. */
+#include "base/parallel.h"
 #include "field/field.h"
 #include "image/image.h"
 #include "stones/stones.h"
@@ -46,11 +47,13 @@ static double limit(double v, double low, double high)
     return v < low ? low : v < high ? v : high;
 }
 
-/* Newton's steps down the distance; vertices on the border of the plane stay on it. */
+/* Newton's steps down the distance; vertices on the border of the plane stay on it, if it has one. */
 static pv_point to_edge(const terrain *t, pv_point p)
 {
-    double width = t->drawing->place.width, height = t->drawing->place.height;
-    int fixed_x = p.x <= 0 || p.x >= width, fixed_y = p.y <= 0 || p.y >= height;
+    int repeats = t->field->params.periodic;
+    double width = repeats ? INFINITY : t->drawing->place.width, height = repeats ? INFINITY : t->drawing->place.height;
+    double least = repeats ? -INFINITY : 0;
+    int fixed_x = p.x <= least || p.x >= width, fixed_y = p.y <= least || p.y >= height;
     for (int i = 0; i < STEPS; i++) {
         double d, gx, gy;
         if (!sample(t, p, &d, &gx, &gy))
@@ -61,19 +64,33 @@ static pv_point to_edge(const terrain *t, pv_point p)
         if (square < 0.05)
             return p;
         double way = -d / (square > 1 ? square : sqrt(square));
-        p.x = limit(p.x + way * gx, 0, width);
-        p.y = limit(p.y + way * gy, 0, height);
+        p.x = limit(p.x + pv_way(way * gx), least, width);
+        p.y = limit(p.y + pv_way(way * gy), least, height);
     }
     return p;
 }
 
-pave_result pv_mesh_snap(pave_context *context, const pave_image *drawing, const pave_field *field, pv_mesh *mesh)
+typedef struct snap_job {
+    const pave_image *drawing;
+    const pave_field *field;
+    pv_mesh *mesh;
+} snap_job;
+
+static void snap_some(void *data, int32_t begin, int32_t end, int32_t worker)
 {
-    for (int32_t v = 0; v < mesh->vertex_count; v++) {
-        uint8_t here = pv_colour_at(drawing, mesh->vertex[v]);
-        terrain t = { drawing, field, here };
+    (void)worker;
+    const snap_job *job = data;
+    pv_mesh *mesh = job->mesh;
+    for (int32_t v = begin; v < end; v++) {
+        uint8_t here = pv_colour_at(job->drawing, mesh->vertex[v]);
+        terrain t = { job->drawing, job->field, here };
         if (here != mesh->low[v] || here != mesh->high[v])
             mesh->vertex[v] = to_edge(&t, mesh->vertex[v]);
     }
-    return pv_progress(context, 0.7);
+}
+
+pave_result pv_mesh_snap(pave_context *context, const pave_image *drawing, const pave_field *field, pv_mesh *mesh)
+{
+    snap_job job = { drawing, field, mesh };
+    return pv_parallel_runs(context, mesh->vertex_count, PV_RINGS, snap_some, &job, 0.6, 0.7);
 }

@@ -17,6 +17,7 @@ static const pv_param stones_rows[] = {
     PV_INTEGER(pave_stones_params, passes, "", 0, 100, "times that wide angles are flattened"),
     PV_REAL(pave_stones_params, drop_angle, "degrees", 90, 180, "corners of a stone wider than this are dropped"),
     PV_REAL(pave_stones_params, small_edge, "half sides", 0, 2, "shorter edges of a stone lose an end"),
+    PV_CHOICE(pave_stones_params, border, "wrapped|cut", "stones across the border of a periodic plane: whole, or cut"),
 };
 
 const pv_table pv_stones_table = PV_TABLE("stones", default_params, stones_rows);
@@ -31,18 +32,20 @@ static pave_result make(pave_context *context, const pave_image *drawing, const 
 {
     pv_mesh mesh;
     pave_result result = pv_mesh_trace(context, cvd, &mesh);
-    if (!result) {
-        pv_mesh_colour(drawing, &mesh);
+    if (!result)
+        result = pv_mesh_colour(context, drawing, 0.4, &mesh);
+    if (!result)
         result = pv_mesh_flatten(context, &stones->params, &mesh);
-    }
-    if (!result) {
-        pv_mesh_colour(drawing, &mesh);
+    if (!result)
+        result = pv_mesh_colour(context, drawing, 0.6, &mesh);
+    if (!result)
         result = pv_mesh_snap(context, drawing, field, &mesh);
-    }
     if (!result)
         result = pv_stones_isolate(context, drawing, cvd, &mesh, stones);
     if (!result)
-        pv_stones_measure(cvd, &mesh, stones);
+        pv_stones_count(cvd, &mesh, stones);
+    if (!result && cvd->repeats && stones->params.border == PAVE_BORDER_CUT)
+        result = pv_stones_cut(context, stones);
     pv_mesh_free(&mesh);
     return result ? result : pv_progress(context, 1);
 }
@@ -69,7 +72,7 @@ double pv_stones_margin(const pave_cvd *cvd, const pave_stones_params *params)
 double pv_stones_room(const pave_cvd *cvd)
 {
     pv_rect region = { cvd->place.x, cvd->place.y, cvd->width, cvd->height };
-    int32_t room = pv_rect_room(cvd->window, region, &cvd->place);
+    int32_t room = pv_rect_room(cvd->window, region, cvd);
     return room == INT32_MAX ? INFINITY : room - cvd->exact / 256.0;
 }
 
@@ -78,6 +81,25 @@ static int covers(const pv_place *place, int32_t width, int32_t height, const pa
     return place->width == cvd->place.width && place->height == cvd->place.height && place->x <= cvd->place.x &&
            place->y <= cvd->place.y && place->x + width >= cvd->place.x + cvd->width &&
            place->y + height >= cvd->place.y + cvd->height;
+}
+
+/* Of a plane that repeats: what the diagram has around it too. */
+static pave_result repeat_inputs(pave_context *context, const pave_cvd *cvd, const pave_image **drawing,
+                                 const pave_field **field, pave_image **own_drawing, pave_field **own_field)
+{
+    const pv_place *at = &cvd->place;
+    if (!cvd->repeats || !(*field)->wraps || !pv_is_whole(&(*drawing)->place, at->width, at->height) ||
+        (*field)->width != at->width || (*field)->height != at->height || (*drawing)->type != PAVE_U8 ||
+        (*drawing)->channels != 1)
+        return PAVE_OK;
+    pave_result result = pv_image_repeat(context, *drawing, at->x, at->y, cvd->width, cvd->height, own_drawing);
+    if (!result)
+        result = pv_field_repeat(context, *field, at->x, at->y, cvd->width, cvd->height, own_field);
+    if (result)
+        return result;
+    *drawing = *own_drawing;
+    *field = *own_field;
+    return PAVE_OK;
 }
 
 static pave_result check_inputs(pave_context *context, const pave_image *drawing, const pave_field *field,
@@ -96,19 +118,10 @@ static pave_result check_inputs(pave_context *context, const pave_image *drawing
     return PAVE_OK;
 }
 
-pave_result pave_stones_create(pave_context *context, const pave_image *drawing, const pave_field *field,
-                               const pave_cvd *cvd, const pave_stones_params *given, pave_stones **out)
+static pave_result make_stones(pave_context *context, const pave_image *drawing, const pave_field *field,
+                               const pave_cvd *cvd, const pave_stones_params *params, pave_stones **out)
 {
-    if (out)
-        *out = NULL;
-    if (!context || !drawing || !field || !cvd || !out)
-        return PAVE_ERR_ARGUMENT;
-    pave_stones_params params;
-    pave_result result = pv_params_read(context, &pv_stones_table, given, &params);
-    if (!result)
-        result = check_inputs(context, drawing, field, cvd, &params);
-    if (result)
-        return result;
+    pave_result result = PAVE_OK;
     pave_stones *stones = pv_allocate_zeroed(context, 1, sizeof *stones, &result);
     if (!stones)
         return result;
@@ -118,9 +131,11 @@ pave_result pave_stones_create(pave_context *context, const pave_image *drawing,
     stones->plane_height = cvd->place.height;
     stones->width = cvd->window.width;
     stones->height = cvd->window.height;
-    stones->measure.size = sizeof stones->measure;
+    stones->report.size = sizeof stones->report;
+    stones->report.steps = cvd->steps;
+    stones->report.movement = cvd->movement;
     stones->cvd = cvd->params;
-    stones->params = params;
+    stones->params = *params;
     stones->field = field->params;
     pave_threshold_params_init(&stones->threshold, sizeof stones->threshold);
     stones->backend = cvd->backend;
@@ -134,6 +149,28 @@ pave_result pave_stones_create(pave_context *context, const pave_image *drawing,
     return result;
 }
 
+pave_result pave_stones_create(pave_context *context, const pave_image *drawing, const pave_field *field,
+                               const pave_cvd *cvd, const pave_stones_params *given, pave_stones **out)
+{
+    if (out)
+        *out = NULL;
+    if (!context || !drawing || !field || !cvd || !out)
+        return PAVE_ERR_ARGUMENT;
+    pave_stones_params params;
+    pave_result result = pv_params_read(context, &pv_stones_table, given, &params);
+    if (result)
+        return result;
+    pave_image *own_drawing = NULL;
+    pave_field *own_field = NULL;
+    result = repeat_inputs(context, cvd, &drawing, &field, &own_drawing, &own_field);
+    if (!result)
+        result = check_inputs(context, drawing, field, cvd, &params);
+    if (!result)
+        result = make_stones(context, drawing, field, cvd, &params, out);
+    pave_image_free(&own_drawing);
+    pave_field_free(&own_field);
+    return result;
+}
 void pave_stones_free(pave_stones **stones)
 {
     if (!stones || !*stones)

@@ -5,7 +5,9 @@
 
 #include <pave/stones.h>
 
-extern const pv_table pv_stones_table;
+#include <math.h>
+
+extern const pv_table pv_stones_table, pv_measure_table;
 
 struct pave_stones {
     int32_t x, y, width, height; /* of the window */
@@ -16,7 +18,7 @@ struct pave_stones {
     double *vertices;
     uint8_t *colours;
     int32_t *sites;
-    pave_measure measure;
+    pave_report report;
     pave_cvd_params cvd; /* how it was made, for the report */
     pave_stones_params params;
     pave_field_params field;
@@ -41,12 +43,22 @@ typedef struct pv_mesh {
     int32_t *corner;
 } pv_mesh;
 
+/* What a vertex is moved by, on a grid so fine that it does not tell and so coarse that adding is exact: then copies of
+ * a stone, far from each other in a plane that repeats, go the same ways. */
+static inline double pv_way(double way)
+{
+    return floor(way * 1048576 + 0.5) / 1048576;
+}
+
+enum { PV_RINGS = 512 }; /* done by a thread at a time */
+
 /* trace.c: finds the vertices of a label image and puts them in cyclic order around each label. */
 pave_result pv_mesh_trace(pave_context *context, const pave_cvd *cvd, pv_mesh *mesh);
 void pv_mesh_free(pv_mesh *mesh);
 
-/* colour.c: a ring is coloured as the drawing is under the mean of its corners; sets low and high. */
-void pv_mesh_colour(const pave_image *drawing, pv_mesh *mesh);
+/* colour.c: a ring is coloured as the drawing is under the mean of its corners; sets low and high. Progress
+ * stays `at`. */
+pave_result pv_mesh_colour(pave_context *context, const pave_image *drawing, double at, pv_mesh *mesh);
 
 /* flatten.c: moves the vertices of wide angles onto the line between their neighbours. */
 pave_result pv_mesh_flatten(pave_context *context, const pave_stones_params *params, pv_mesh *mesh);
@@ -58,8 +70,11 @@ pave_result pv_mesh_snap(pave_context *context, const pave_image *drawing, const
 pave_result pv_stones_isolate(pave_context *context, const pave_image *drawing, const pave_cvd *cvd,
                               const pv_mesh *mesh, pave_stones *out);
 
-/* measure.c: counts and areas of finished stones. */
-void pv_stones_measure(const pave_cvd *cvd, const pv_mesh *mesh, pave_stones *stones);
+/* cut.c: cuts stones along the borders of the plane's periods and moves all parts into the first. */
+pave_result pv_stones_cut(pave_context *context, pave_stones *stones);
+
+/* count.c: counts and areas of finished stones. */
+void pv_stones_count(const pave_cvd *cvd, const pv_mesh *mesh, pave_stones *stones);
 
 /* How much deeper than where its labels begin to be exact a diagram's window must lie for its stones to be those of
  * the whole, and how much deeper it lies; both px. */

@@ -1,5 +1,6 @@
 /* From labels to polygons: where three or four labels meet there is a vertex; around each label its vertices are put
  * in order by their angle at the vertices' mean (III.C; cells are assumed to be star-shaped). */
+#include "base/parallel.h"
 #include "cvd/cvd.h"
 #include "stones/stones.h"
 
@@ -30,41 +31,74 @@ static int is_vertex(const pave_cvd *cvd, int32_t x, int32_t y, int count)
     return count >= 3 - borders;
 }
 
-typedef void vertex_visit(pv_mesh *mesh, int32_t x, int32_t y, const int32_t *labels, int count);
+/* Lattice rows are done in bands, each with its own vertices, so that these are numbered row by row. */
+typedef struct trace_job {
+    const pave_cvd *cvd;
+    pv_mesh *mesh;
+    int32_t rows;   /* of a band */
+    int32_t *first; /* vertex of each band; before, one further on, how many it has */
+} trace_job;
 
-static pave_result visit_vertices(pave_context *context, const pave_cvd *cvd, pv_mesh *mesh, vertex_visit *visit,
-                                  double from, double to)
+typedef void vertex_visit(const trace_job *job, int32_t band, int32_t x, int32_t y, const int32_t *labels, int count);
+
+/* Inside a cell nothing is to be done. */
+static int within_a_cell(const pave_cvd *cvd, int32_t x, int32_t y)
 {
-    pave_result result = PAVE_OK;
-    for (int32_t y = 0; y <= cvd->height && !result; y++) {
+    if (x == 0 || y == 0 || x == cvd->width || y == cvd->height)
+        return 0;
+    const int32_t *below = cvd->labels + (int64_t)y * cvd->width + x, *above = below - cvd->width;
+    return below[0] == below[-1] && below[0] == above[0] && below[0] == above[-1];
+}
+
+static void visit_band(const trace_job *job, int32_t band, vertex_visit *visit)
+{
+    const pave_cvd *cvd = job->cvd;
+    int32_t end = (band + 1) * job->rows < cvd->height + 1 ? (band + 1) * job->rows : cvd->height + 1;
+    for (int32_t y = band * job->rows; y < end; y++)
         for (int32_t x = 0; x <= cvd->width; x++) {
             int32_t labels[4];
+            if (within_a_cell(cvd, x, y))
+                continue;
             int count = labels_around(cvd, x, y, labels);
             if (is_vertex(cvd, x, y, count))
-                visit(mesh, x, y, labels, count);
+                visit(job, band, x, y, labels, count);
         }
-        if (y % 64 == 0)
-            result = pv_progress(context, from + (to - from) * y / cvd->height);
-    }
-    return result;
 }
 
-static void count_vertex(pv_mesh *mesh, int32_t x, int32_t y, const int32_t *labels, int count)
+static int64_t count_up(int64_t *counter)
+{
+    return __atomic_fetch_add(counter, 1, __ATOMIC_RELAXED);
+}
+
+static void count_vertex(const trace_job *job, int32_t band, int32_t x, int32_t y, const int32_t *labels, int count)
 {
     (void)x, (void)y;
-    mesh->vertex_count++;
+    job->first[band + 1]++;
     for (int i = 0; i < count; i++)
-        mesh->first[labels[i] + 1]++;
+        count_up(&job->mesh->first[labels[i] + 1]);
 }
 
-/* While rings are filled, first[label] is where the next corner goes. */
-static void add_vertex(pv_mesh *mesh, int32_t x, int32_t y, const int32_t *labels, int count)
+/* While rings are filled, first[label] is where the next corner goes; they are put in order later. */
+static void add_vertex(const trace_job *job, int32_t band, int32_t x, int32_t y, const int32_t *labels, int count)
 {
-    int32_t v = mesh->vertex_count++;
+    pv_mesh *mesh = job->mesh;
+    int32_t v = job->first[band]++;
     mesh->vertex[v] = (pv_point){ mesh->left + x, mesh->top + y };
     mesh->owner[v] = -1;
     for (int i = 0; i < count; i++)
-        mesh->corner[mesh->first[labels[i]]++] = v;
+        mesh->corner[count_up(&mesh->first[labels[i]])] = v;
+}
+
+static void count_band(void *data, int32_t band, int32_t worker)
+{
+    (void)worker;
+    visit_band(data, band, count_vertex);
+}
+
+static void add_band(void *data, int32_t band, int32_t worker)
+{
+    (void)worker;
+    visit_band(data, band, add_vertex);
 }
 
 /* A corner as seen from the mean of its ring, times the number of corners: exact in integers; y goes up. */
@@ -109,18 +143,33 @@ static void sort_ring(const pv_mesh *mesh, int32_t *corner, int64_t count, spoke
         corner[i] = spokes[i].vertex;
 }
 
+typedef struct sort_job {
+    pv_mesh *mesh;
+    spoke *spokes; /* room for the longest ring, for each worker */
+    int64_t longest;
+} sort_job;
+
+static void sort_some(void *data, int32_t begin, int32_t end, int32_t worker)
+{
+    const sort_job *job = data;
+    pv_mesh *mesh = job->mesh;
+    for (int32_t r = begin; r < end; r++)
+        sort_ring(mesh, mesh->corner + mesh->first[r], mesh->first[r + 1] - mesh->first[r],
+                  job->spokes + worker * job->longest);
+}
+
 static pave_result sort_rings(pave_context *context, pv_mesh *mesh)
 {
     pave_result result = PAVE_OK;
-    int64_t longest = 0;
+    sort_job job = { mesh, NULL, 0 };
     for (int32_t r = 0; r < mesh->ring_count; r++) {
         int64_t count = mesh->first[r + 1] - mesh->first[r];
-        longest = count > longest ? count : longest;
+        job.longest = count > job.longest ? count : job.longest;
     }
-    spoke *spokes = pv_allocate(context, (size_t)longest, sizeof *spokes, &result);
-    for (int32_t r = 0; r < mesh->ring_count && spokes; r++)
-        sort_ring(mesh, mesh->corner + mesh->first[r], mesh->first[r + 1] - mesh->first[r], spokes);
-    pv_release(spokes);
+    job.spokes = pv_allocate(context, (size_t)job.longest * (size_t)pv_workers(context), sizeof *job.spokes, &result);
+    if (!result)
+        result = pv_parallel_runs(context, mesh->ring_count, PV_RINGS, sort_some, &job, 0.35, 0.4);
+    pv_release(job.spokes);
     return result;
 }
 
@@ -141,9 +190,30 @@ static pave_result allocate_mesh(pave_context *context, pv_mesh *mesh)
     return result;
 }
 
+/* Finds all vertices: counts them, makes room, writes them. */
+static pave_result find_vertices(pave_context *context, trace_job *job)
+{
+    pv_mesh *mesh = job->mesh;
+    pave_result result = PAVE_OK;
+    int32_t bands = job->cvd->height / job->rows + 1;
+    job->first = pv_allocate_zeroed(context, (size_t)bands + 1, sizeof *job->first, &result);
+    if (!result)
+        result = pv_parallel(context, bands, count_band, job, 0, 0.2);
+    for (int32_t band = 0; band < bands && !result; band++)
+        job->first[band + 1] += job->first[band];
+    if (!result) {
+        mesh->vertex_count = job->first[bands];
+        result = allocate_mesh(context, mesh);
+    }
+    if (!result)
+        result = pv_parallel(context, bands, add_band, job, 0.2, 0.35);
+    pv_release(job->first);
+    return result;
+}
+
 pave_result pv_mesh_trace(pave_context *context, const pave_cvd *cvd, pv_mesh *mesh)
 {
-    pave_result result;
+    pave_result result = PAVE_OK;
     memset(mesh, 0, sizeof *mesh);
     mesh->left = cvd->place.x;
     mesh->top = cvd->place.y;
@@ -151,14 +221,9 @@ pave_result pv_mesh_trace(pave_context *context, const pave_cvd *cvd, pv_mesh *m
     mesh->bottom = mesh->top + cvd->height;
     mesh->ring_count = cvd->site_count;
     mesh->first = pv_allocate_zeroed(context, (size_t)mesh->ring_count + 1, sizeof *mesh->first, &result);
-    if (!mesh->first)
-        return result;
-    result = visit_vertices(context, cvd, mesh, count_vertex, 0, 0.2);
+    trace_job job = { cvd, mesh, (1 << 17) / cvd->width + 1, NULL };
     if (!result)
-        result = allocate_mesh(context, mesh);
-    mesh->vertex_count = 0;
-    if (!result)
-        result = visit_vertices(context, cvd, mesh, add_vertex, 0.2, 0.4);
+        result = find_vertices(context, &job);
     if (result)
         return result;
     memmove(mesh->first + 1, mesh->first, (size_t)mesh->ring_count * sizeof *mesh->first);

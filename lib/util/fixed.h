@@ -14,6 +14,12 @@ static inline int64_t pv_floor_div(int64_t a, int64_t b)
     return a / b - (a % b < 0);
 }
 
+/* What is left of a modulo b, 0 .. b - 1. */
+static inline int32_t pv_modulo(int32_t a, int32_t b)
+{
+    return a % b < 0 ? a % b + b : a % b;
+}
+
 /* The root, rounded down. Floating point only guesses it. */
 static inline uint32_t pv_isqrt(uint64_t v)
 {

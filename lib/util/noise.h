@@ -2,7 +2,7 @@
  * The C twin of shaders/noise.glsl. */
 #pragma once
 
-#include "util/fixed.h"
+#include "util/lattice.h"
 
 /* One well-mixed word for a lattice point. */
 static inline uint32_t pv_lattice_hash(uint32_t key, int32_t x, int32_t y)
@@ -22,15 +22,22 @@ typedef struct pv_noise_cell {
     int32_t cosine[4], sine[4];
 } pv_noise_cell;
 
-static inline void pv_noise_enter(pv_noise_cell *cell, uint32_t key, int32_t x, int32_t y)
+static inline int32_t pv_noise_next(const pv_lattice *l, int32_t i)
+{
+    return l->repeats && i + 1 == l->cells ? 0 : i + 1;
+}
+
+static inline void pv_noise_enter(pv_noise_cell *cell, uint32_t key, const pv_lattice *across, const pv_lattice *down,
+                                  int32_t x, int32_t y)
 {
     if (cell->known && cell->x == x && cell->y == y)
         return;
     cell->known = 1;
     cell->x = x;
     cell->y = y;
+    int32_t columns[] = { x, pv_noise_next(across, x) }, rows[] = { y, pv_noise_next(down, y) };
     for (int32_t i = 0; i < 4; i++)
-        pv_turn((int32_t)(pv_lattice_hash(key, x + i % 2, y + i / 2) >> 16), &cell->cosine[i], &cell->sine[i]);
+        pv_turn((int32_t)(pv_lattice_hash(key, columns[i % 2], rows[i / 2]) >> 16), &cell->cosine[i], &cell->sine[i]);
 }
 
 static inline int64_t pv_noise_corner(const pv_noise_cell *cell, int32_t i, int64_t fx, int64_t fy)
@@ -44,13 +51,21 @@ static inline int64_t pv_fade(int64_t t)
     return (((t * t >> 16) * t >> 16) * poly) >> 16;
 }
 
-/* Noise at (x, y), -1 .. 1 in 1/65536; x, y and the wave length in the same unit. `cell` starts as zeroes. */
-static inline int32_t pv_noise(pv_noise_cell *cell, uint32_t key, int32_t x, int32_t y, int32_t wave)
+/* How far into its cell a place is, in 1/65536 of the cell. */
+static inline int64_t pv_noise_way(const pv_lattice *l, int32_t place, int32_t cell)
 {
-    int32_t ix = (int32_t)pv_floor_div(x, wave), iy = (int32_t)pv_floor_div(y, wave);
-    int64_t fx = (((int64_t)x - (int64_t)ix * wave) << 16) / wave;
-    int64_t fy = (((int64_t)y - (int64_t)iy * wave) << 16) / wave;
-    pv_noise_enter(cell, key, ix, iy);
+    return (((int64_t)place * l->cells - (int64_t)cell * l->span) << 16) / l->span;
+}
+
+/* Noise at (x, y), -1 .. 1 in 1/65536; the lattices' cells are its waves. `cell` starts as zeroes. */
+static inline int32_t pv_noise(pv_noise_cell *cell, uint32_t key, const pv_lattice *across, const pv_lattice *down,
+                               int32_t x, int32_t y)
+{
+    x = pv_lattice_place(across, x);
+    y = pv_lattice_place(down, y);
+    int32_t ix = pv_lattice_cell(across, x), iy = pv_lattice_cell(down, y);
+    int64_t fx = pv_noise_way(across, x, ix), fy = pv_noise_way(down, y, iy);
+    pv_noise_enter(cell, key, across, down, ix, iy);
     int64_t a = pv_noise_corner(cell, 0, fx, fy), b = pv_noise_corner(cell, 1, fx - 65536, fy);
     int64_t c = pv_noise_corner(cell, 2, fx, fy - 65536), d = pv_noise_corner(cell, 3, fx - 65536, fy - 65536);
     int64_t u = pv_fade(fx), v = pv_fade(fy);

@@ -77,3 +77,63 @@ int pv_parse_number(const char *text, double *out)
     *out = strtod(copy, &end);
     return !*end && isfinite(*out);
 }
+
+static size_t digits(const char *text, size_t size, size_t at)
+{
+    size_t begin = at;
+    while (at < size && text[at] >= '0' && text[at] <= '9')
+        at++;
+    return at - begin;
+}
+
+/* "e-12" at a place in the text; without digits it is not part of the number. */
+static size_t exponent(const char *text, size_t size, size_t at, int *out)
+{
+    size_t sign = at + 1 < size && (text[at + 1] == '-' || text[at + 1] == '+'), n;
+    if (at >= size || (text[at] != 'e' && text[at] != 'E') || !(n = digits(text, size, at + 1 + sign)))
+        return 0;
+    for (size_t i = 0; i < n; i++)
+        *out = *out < 1000 ? *out * 10 + (text[at + 1 + sign + i] - '0') : *out;
+    *out = text[at + 1] == '-' ? -*out : *out;
+    return 1 + sign + n;
+}
+
+/* A whole number times a power of ten, rounded half away from 0; -1 if it is beyond 2^40 millionths' worth. */
+static int64_t scaled(uint64_t value, int power)
+{
+    const uint64_t most = (uint64_t)1 << 60;
+    for (; power > 0 && value && value < most; power--)
+        value *= 10;
+    for (; power < -1 && value; power++)
+        value /= 10;
+    if (power < 0)
+        value = (value + 5) / 10;
+    return value < most ? (int64_t)value : -1;
+}
+
+size_t pv_parse_millionths(const char *text, size_t size, int64_t *out)
+{
+    size_t at = size && (*text == '-' || *text == '+'), whole = digits(text, size, at);
+    size_t point = at + whole < size && text[at + whole] == '.', part = point ? digits(text, size, at + whole + 1) : 0;
+    int power = 6, shift = 0;
+    uint64_t value = 0;
+    if (!whole && !part)
+        return 0;
+    for (size_t i = 0; i < whole + point + part; i++) {
+        char c = text[at + i];
+        int behind = i > whole;
+        if (c == '.')
+            continue;
+        if (value < (uint64_t)1 << 59)
+            value = value * 10 + (uint64_t)(c - '0'), power -= behind;
+        else
+            power += !behind && power < 1000;
+    }
+    at += whole + point + part;
+    at += exponent(text, size, at, &shift);
+    int64_t v = scaled(value, power + shift);
+    if (v < 0)
+        return 0;
+    *out = *text == '-' ? -v : v;
+    return at;
+}

@@ -16,3 +16,7 @@ int pv_parse_whole(const char *text, uint64_t *out);
 
 /* A number of bytes: "1500000", "64M", "1.5G" (powers of 1024). */
 int pv_parse_bytes(const char *text, double *out);
+
+/* A decimal number ("-12.5e-1") at the beginning of the text as a whole number of 1/1000000, rounded half away from 0.
+ * Returns how long it is; 0 if there is none, or if it is beyond 2^40. */
+size_t pv_parse_millionths(const char *text, size_t size, int64_t *out);

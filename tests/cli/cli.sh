@@ -86,6 +86,10 @@ expect 2 "iterations" "$pave" lay "$drawing" --iterations -1 -o x.svg
 expect 2 "seed" "$pave" lay "$drawing" --seed 99999999999999999999 -o x.svg
 expect 2 "--seed needs a value" "$pave" lay "$drawing" --seed
 expect 2 "must be one of auto|cpu" "$pave" lay "$drawing" --backend gpu -o x.svg
+expect 2 "until_still looks at all sites" "$pave" lay "$drawing" --until-still 1 --window 0,0,9,9 -o x.svg
+expect 2 "until_still looks at all sites" "$pave" lay "$drawing" --until-still 1 --memory 1G -o x.svg
+expect 2 "until_still looks at all sites" "$pave" plan "$drawing" --until-still 1 -o x.json
+expect 2 "relaxation is 3, but must be 0.1 .. 2" "$pave" lay "$drawing" --relaxation 3 -o x.svg
 expect 2 "scale_min is greater" "$pave" lay "$drawing" --scale-min 2 --scale-max 1 -o x.svg
 expect 2 "too many" "$pave" lay "$drawing" --stones 1000000000 -o x.svg
 expect 2 "where to?" "$pave" lay "$drawing"

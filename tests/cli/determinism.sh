@@ -25,6 +25,14 @@ for backend in $backends; do
     same "$backend, $threads threads"
   done
 done
+lay --half-side 6 --relaxation 1.7 --until-still 0.2 -o "$work/still.svg"
+mv "$work/first.svg" "$work/twenty.svg"
+mv "$work/still.svg" "$work/first.svg"
+for backend in $backends; do
+  lay --half-side 6 --relaxation 1.7 --until-still 0.2 --backend $backend --threads 3 -o "$work/x.svg"
+  same "$backend until still, over-relaxed"
+done
+mv "$work/twenty.svg" "$work/first.svg"
 LC_ALL=de_DE.UTF-8 lay --seed 7 -o "$work/x.svg"
 same "another locale"
 lay --seed 8 -o "$work/x.svg"

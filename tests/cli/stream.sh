@@ -58,4 +58,24 @@ refuse 2 "window by window" $options --memory 1G -o x.png
 refuse 2 "not both" $options --memory 1G --window 0,0,100,100 -o x.svg
 refuse 5 "cannot be made" $options --memory 1G -o nowhere/x.svg
 [ ! -e x.svg ] || fail "a refused job left an output"
+
+# A plan of millions of windows: a megapixel of each, a million wide
+/usr/bin/python3 -c '
+import struct
+width, height, size = 1 << 20, 1 << 20, 1 << 37 # a sparse file of one bit a pixel
+tags = [(256, 4, 1, width), (257, 4, 1, height), (258, 3, 1, 1), (259, 3, 1, 1), (262, 3, 1, 1), (273, 16, 1, 4096),
+        (277, 3, 1, 1), (278, 4, 1, height), (279, 16, 1, size)]
+with open("vast.tif", "wb") as file:
+    file.write(b"II+\0" + struct.pack("<HHQQ", 8, 0, 16, len(tags)))
+    for tag in tags:
+        file.write(struct.pack("<HHQQ", *tag))
+    file.write(struct.pack("<Q", 0))
+    file.truncate(4096 + size)'
+refuse_plan() {
+  code=0
+  "$pave" plan vast.tif "$@" -o x.json 2>err || code=$?
+  [ $code -eq 4 ] && [ "$(wc -l <err)" -eq 1 ] || fail "plan $*: $code, $(cat err)"
+}
+refuse_plan --quiet --max-pixels 1000000000
+grep -q "beyond the limit" err || fail "a vast plan: $(cat err)"
 exit $failed

@@ -1,5 +1,6 @@
 #!/bin/sh
-# The Vulkan validation layer, with synchronisation validation, has nothing to say about a job.
+# The Vulkan validation layer, with synchronisation validation, has nothing to say about a job, nor about what is done
+# when a call to the driver fails.
 set -eu
 root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
 pave=$build/bin/pave
@@ -27,3 +28,7 @@ for backend in $backends; do
     fi
   done
 done
+"$build/bin/test_faults" 'vulkan_raster*' >"$work/said" 2>&1 || { cat "$work/said" >&2; exit 1; }
+if grep -iE 'VUID|validation|UNASSIGNED|SYNC-' "$work/said" >&2; then
+  exit 1
+fi

@@ -44,7 +44,7 @@ compare() {
 }
 
 compare 2 2 --half-side 4
-compare 5 3 --half-side 2 --iterations 4
+compare 5 3 --half-side 2 --iterations 4 --relaxation 1.6
 compare 3 1 --half-side 1.7 --iterations 3 --passes 0 --grout 0
 compare 2 2 --half-side 2.5 --iterations 5 --metric euclid --seed 9 --threads 7 --backend cpu-portable
 for backend in vulkan-compute vulkan-raster gles; do

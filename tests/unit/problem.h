@@ -18,7 +18,7 @@ typedef struct problem {
 typedef struct outcome {
     int32_t *labels;
     pave_site *sites;
-    int64_t empty, moved; /* of all steps, weighted */
+    int64_t empty, moved, way; /* of all steps, weighted */
     char name[128];
 } outcome;
 
@@ -62,6 +62,7 @@ static inline problem pose(int32_t width, int32_t height, double h, int kind, in
     p.plane.cell = fixed(2 * h);
     p.plane.push_within = fixed(1.5 * h);
     p.plane.push_to = fixed(h);
+    p.plane.excess = 13107 * (height % 5 - 2);
     p.plane.noise_wave = fixed(32 * h);
     p.plane.noise_swing = 32768;
     p.plane.noise_key = 0x12345678;
@@ -72,7 +73,7 @@ static inline problem pose(int32_t width, int32_t height, double h, int kind, in
     p.homes = calloc((size_t)n, sizeof *p.homes);
     for (int32_t i = 0; i < n; i++) {
         place(&p, kind, i, n, &p.sites[i]);
-        p.homes[i] = (pv_home){ p.sites[i].x / p.plane.cell, p.sites[i].y / p.plane.cell, i % 64 };
+        p.homes[i] = (pv_home){ p.sites[i].x / p.plane.cell, p.sites[i].y / p.plane.cell, i % 64, 0 };
     }
     p.plane.sites = n;
     p.plane.start = p.sites;
@@ -101,6 +102,7 @@ static inline outcome solve(pave_context *context, const pv_backend *backend, co
         assert_int_equal(backend->step(context, engine, i, 0, 0, &step), PAVE_OK);
         o.empty += (i + 1) * step.empty;
         o.moved += (i + 1) * step.moved;
+        o.way += (i + 1) * step.way;
     }
     assert_int_equal(backend->labels(context, engine, 0, 1, o.labels), PAVE_OK);
     assert_int_equal(backend->sites(context, engine, o.sites), PAVE_OK);
@@ -114,4 +116,5 @@ static inline void assert_same(const outcome *a, const outcome *b, const pv_plan
     assert_memory_equal(a->sites, b->sites, (size_t)plane->sites * sizeof *a->sites);
     assert_int_equal(a->empty, b->empty);
     assert_int_equal(a->moved, b->moved);
+    assert_int_equal(a->way, b->way);
 }

@@ -76,6 +76,24 @@ static inline pave_image *draw_shapes(pave_context *context, int32_t width, int3
     return image;
 }
 
+/* Copies of an image of one 8-bit channel, side by side. */
+static inline pave_image *repeat_image(pave_context *context, const pave_image *image, int32_t columns, int32_t rows)
+{
+    pave_image_params params = PAVE_IMAGE_PARAMS_INIT;
+    pave_image *out = NULL;
+    int32_t width = pave_image_width(image), height = pave_image_height(image);
+    const uint8_t *from = pave_image_pixels(image);
+    params.width = columns * width;
+    params.height = rows * height;
+    uint8_t *pixels = malloc((size_t)params.width * (size_t)params.height);
+    for (int32_t y = 0; y < params.height; y++)
+        for (int32_t x = 0; x < params.width; x++)
+            pixels[(int64_t)y * params.width + x] = from[(int64_t)(y % height) * width + x % width];
+    assert_ok(pave_image_create(context, &params, pixels, &out));
+    free(pixels);
+    return out;
+}
+
 static inline uint64_t hash_bytes(const void *data, size_t size)
 {
     const unsigned char *bytes = data;

@@ -39,11 +39,15 @@ static uint64_t lay_once(pave_context *context, int32_t metric, pave_result *res
     *result = pave_image_create(context, &shape, pixels, &image);
     if (!*result)
         *result = pave_lay(context, image, &params, &stones);
-    if (!*result)
+    if (!*result) {
+        pave_stones_measures measures = { .size = sizeof measures };
+        *result = pave_stones_measure(context, image, stones, NULL, &measures);
+        assert_true(*result || measures.stones > 0);
         hash = hash_bytes(pave_stones_vertices(stones),
                           (size_t)pave_stones_starts(stones)[pave_stones_count(stones)] * 16);
-    else
+    } else {
         assert_null(stones);
+    }
     pave_stones_free(&stones);
     pave_image_free(&image);
     return hash;

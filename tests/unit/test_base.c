@@ -114,6 +114,7 @@ static void structs_are_compared_by_their_fields(void **state)
     a.passes = b.passes = 5;
     a.drop_angle = b.drop_angle = 120;
     a.small_edge = b.small_edge = 0.5;
+    a.border = b.border = 0;
     assert_true(pv_params_same(&pv_stones_table, &a, &b, sizeof a));
     b.small_edge = 0.25;
     assert_false(pv_params_same(&pv_stones_table, &a, &b, sizeof a));

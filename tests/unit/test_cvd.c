@@ -144,6 +144,67 @@ static void relaxation_evens_the_cells_out(void **state)
     pave_image_free(&drawing);
 }
 
+static void over_relaxation_is_sooner_there(void **state)
+{
+    pave_context *context = *state;
+    pave_image *drawing = draw_shapes(context, 256, 256);
+    pave_cvd_params params = PAVE_CVD_PARAMS_INIT;
+    double variation[3];
+    for (int i = 0; i < 3; i++) {
+        static const double relaxation[] = { 0.4, 1, 1.6 };
+        params.iterations = 6;
+        params.relaxation = relaxation[i];
+        pave_cvd *cvd = diagram(context, drawing, &params);
+        variation[i] = area_variation(cvd);
+        pave_cvd_free(&cvd);
+    }
+    assert_true(variation[2] < variation[1] && variation[1] < variation[0]);
+    pave_image_free(&drawing);
+}
+
+/* The diagram of so many steps as were done; none stiller before. */
+static void it_ends_when_sites_are_still(void **state)
+{
+    pave_context *context = *state;
+    pave_image *drawing = draw_shapes(context, 256, 256);
+    pave_cvd_params params = PAVE_CVD_PARAMS_INIT;
+    params.until_still = 0.25;
+    pave_cvd *still = diagram(context, drawing, &params), *same;
+    assert_in_range(pave_cvd_steps(still), 2, 19);
+    assert_true(pave_cvd_movement(still) > 0 && pave_cvd_movement(still) <= 0.25);
+    params.until_still = 0;
+    params.iterations = pave_cvd_steps(still) - 1;
+    same = diagram(context, drawing, &params);
+    assert_true(pave_cvd_movement(same) > 0.25);
+    pave_cvd_free(&same);
+    params.iterations++;
+    same = diagram(context, drawing, &params);
+    assert_memory_equal(pave_cvd_labels(same), pave_cvd_labels(still), 256 * 256 * sizeof(int32_t));
+    assert_true(pave_cvd_movement(same) == pave_cvd_movement(still));
+    pave_cvd_free(&same);
+    pave_cvd_free(&still);
+    pave_image_free(&drawing);
+}
+
+static void a_window_cannot_tell_when_all_is_still(void **state)
+{
+    pave_context *context = *state;
+    pave_image *drawing = draw_shapes(context, 64, 64);
+    pave_field *field = NULL;
+    pave_cvd *cvd = NULL;
+    pave_cvd_params params = PAVE_CVD_PARAMS_INIT;
+    assert_ok(pave_field_create(context, drawing, NULL, &field));
+    params.window[2] = params.window[3] = 32;
+    assert_ok(pave_cvd_create(context, field, &params, &cvd));
+    assert_true(pave_cvd_movement(cvd) == -1);
+    pave_cvd_free(&cvd);
+    params.until_still = 0.25;
+    assert_int_equal(pave_cvd_create(context, field, &params, &cvd), PAVE_ERR_ARGUMENT);
+    assert_non_null(strstr(pave_context_message(context), "until_still"));
+    pave_field_free(&field);
+    pave_image_free(&drawing);
+}
+
 /* Away from the ends of a straight edge the sites nearest to it stand at h and are turned along it. */
 static void sites_line_up_along_an_edge(void **state)
 {
@@ -196,6 +257,7 @@ static void windows_are_parts_of_the_whole(void **state)
         pave_cvd_params params = PAVE_CVD_PARAMS_INIT;
         params.half_side = 2.3;
         params.iterations = iterations;
+        params.relaxation = iterations == 2 ? 1.8 : 1;
         pave_cvd *whole = diagram(context, drawing, &params);
         for (int i = 0; i < pave_cvd_site_count(whole); i++)
             assert_int_equal(pave_cvd_site_numbers(whole)[i], i);
@@ -279,6 +341,9 @@ int main(void)
         cmocka_unit_test(every_pixel_of_tiny_and_blank_planes_has_a_site),
         cmocka_unit_test(another_seed_is_another_diagram),
         cmocka_unit_test(relaxation_evens_the_cells_out),
+        cmocka_unit_test(over_relaxation_is_sooner_there),
+        cmocka_unit_test(it_ends_when_sites_are_still),
+        cmocka_unit_test(a_window_cannot_tell_when_all_is_still),
         cmocka_unit_test(sites_line_up_along_an_edge),
         cmocka_unit_test(windows_are_parts_of_the_whole),
         cmocka_unit_test(windows_outside_the_plane_are_refused),

@@ -30,7 +30,7 @@ static void figure_3_comes_out(void **state)
         { 0.500, 0.707, 1.207, 1.414 },
     };
     pave_image *image = draw_text(context, drawing, 4);
-    pv_drawing pixels = { 4, 4, pave_image_pixels(image) };
+    pv_drawing pixels = { 4, 4, pave_image_pixels(image), 0 };
     int32_t edges[16];
     for (int y = 0; y < 4; y++)
         pv_edge_row(&pixels, y, edges + 4 * y);
@@ -178,7 +178,7 @@ static pave_image *draw_dot(pave_context *context, int32_t width, int32_t height
 
 static void agrees_with_raster_scans(pave_context *context, pave_image *image)
 {
-    pv_drawing drawing = { pave_image_width(image), pave_image_height(image), pave_image_pixels(image) };
+    pv_drawing drawing = { pave_image_width(image), pave_image_height(image), pave_image_pixels(image), 0 };
     int32_t count = drawing.width * drawing.height, *expected = malloc((size_t)count * sizeof *expected);
     pave_field *field = field_of(context, image, PAVE_METRIC_CHAMFER);
     for (int32_t y = 0; y < drawing.height; y++)
@@ -312,6 +312,58 @@ static void only_drawings_are_taken(void **state)
     pave_image_free(&image);
 }
 
+/* The field of a drawing that repeats is the middle of that of nine copies, for no edge is farther than half a period. */
+static void compare_periodic(pave_context *context, const pave_image *drawing, int32_t metric)
+{
+    pave_field_params params = PAVE_FIELD_PARAMS_INIT;
+    pave_field *torus = NULL, *plane = NULL;
+    pave_image *nine = repeat_image(context, drawing, 3, 3);
+    int32_t width = pave_image_width(drawing), height = pave_image_height(drawing), across = 3 * width;
+    size_t floats = 2 * 9 * sizeof(float) * (size_t)width * (size_t)height;
+    float *gradient = malloc(floats), *expected = malloc(floats);
+    params.metric = metric;
+    assert_ok(pave_field_create(context, nine, &params, &plane));
+    params.periodic = 1;
+    assert_ok(pave_field_create(context, drawing, &params, &torus));
+    pave_field_gradient(torus, gradient, gradient + width * height);
+    pave_field_gradient(plane, expected, expected + 9 * width * height);
+    for (int32_t y = 0; y < height; y++)
+        for (int32_t x = 0; x < width; x++) {
+            int32_t here = y * width + x, there = (y + height) * across + x + width;
+            assert_true(pave_field_distance(torus)[here] == pave_field_distance(plane)[there]);
+            assert_true(gradient[here] == expected[there]);
+            assert_true(gradient[width * height + here] == expected[9 * width * height + there]);
+        }
+    free(gradient);
+    free(expected);
+    pave_field_free(&torus);
+    pave_field_free(&plane);
+    pave_image_free(&nine);
+}
+
+static void periodic_fields_are_those_of_the_repeated_drawing(void **state)
+{
+    pave_context *context = *state;
+    static const int32_t sides[] = { 1, 2, 3, 5, 17, 40 };
+    for (uint32_t key = 0; key < 36; key++) {
+        pave_image *drawing = draw_random(context, sides[key % 6], sides[key / 6], key);
+        for (int32_t metric = 0; metric < 3; metric++)
+            compare_periodic(context, drawing, metric);
+        pave_image_free(&drawing);
+    }
+    uint8_t *pixels = calloc(37, 52);
+    pave_image *dot = NULL;
+    pave_image_params shape = PAVE_IMAGE_PARAMS_INIT;
+    shape.width = 37;
+    shape.height = 52;
+    pixels[3 * 37 + 1] = 255; /* far from most, and near only across the borders */
+    assert_ok(pave_image_create(context, &shape, pixels, &dot));
+    for (int32_t metric = 0; metric < 3; metric++)
+        compare_periodic(context, dot, metric);
+    pave_image_free(&dot);
+    free(pixels);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -322,6 +374,7 @@ int main(void)
         cmocka_unit_test(gradient_is_sobel),
         cmocka_unit_test(gradient_points_away_from_the_edge_with_y_down),
         cmocka_unit_test(drawings_without_an_edge_are_infinitely_far_from_one),
+        cmocka_unit_test(periodic_fields_are_those_of_the_repeated_drawing),
         cmocka_unit_test(threads_do_not_matter),
         cmocka_unit_test(only_drawings_are_taken),
     };

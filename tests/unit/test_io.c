@@ -509,6 +509,14 @@ static pave_result stones_job(pave_context *c, const char *path)
     return pave_stones_write(c, stones_to_write, path, NULL);
 }
 
+static pave_result stones_reading_job(pave_context *c, const char *path)
+{
+    pave_stones *stones;
+    pave_result result = pave_stones_read(c, path, &stones);
+    pave_stones_free(&stones);
+    return result;
+}
+
 static void sweep(job *work, const char *path)
 {
     pave_result result = PAVE_ERR_MEMORY;
@@ -537,15 +545,16 @@ static pave_stones *make_stones(void)
                                  /**/ 0, 10.125, 5, 20, 10, 10.125, /**/ 10, 10, 10, 20, 20, 20, 20, 10 };
     static uint8_t colours[] = { 0, 255, 128, 0 };
     static int32_t sites[] = { 3, 5, 8, 13 };
-    static pave_stones stones = { .width = 20, .height = 20, .count = 4, .starts = starts, .vertices = vertices,
+    static pave_stones stones = { .width = 20, .height = 20, .plane_width = 20, .plane_height = 20, .count = 4,
+                                  .starts = starts, .vertices = vertices,
                                   .colours = colours, .sites = sites, .cvd = PAVE_CVD_PARAMS_INIT,
                                   .params = PAVE_STONES_PARAMS_INIT, .field = PAVE_FIELD_PARAMS_INIT,
                                   .threshold = PAVE_THRESHOLD_PARAMS_INIT, .backend_name = "by \"hand\"" };
     stones.cvd.seed = UINT64_MAX;
-    stones.measure.size = sizeof stones.measure;
-    stones.measure.sites = 5, stones.measure.stones = 4, stones.measure.lost = 1;
-    stones.measure.corners_after[3] = 1, stones.measure.corners_after[4] = 3;
-    stones.measure.corners_before[31] = 4;
+    stones.report.size = sizeof stones.report;
+    stones.report.sites = 5, stones.report.stones = 4, stones.report.lost = 1;
+    stones.report.corners_after[3] = 1, stones.report.corners_after[4] = 3;
+    stones.report.corners_before[31] = 4;
     return &stones;
 }
 
@@ -555,7 +564,7 @@ static void survives_lack_of_memory(void **state)
     static const char *const inputs[] = { "rgba.png", "orientation-6.jpg", "rgb-lzw.tif", "rgb.ppm", "rgba.webp",
                                           "tiled-half.exr", "window-zip.exr" };
     static const char *const outputs[] = { "m.png", "m.tif", "m.jpg", "m.exr" };
-    static const char *const pavements[] = { "m.svg", "n.png", "m.json" };
+    static const char *const pavements[] = { "m.svg", "n.png", "m.json", "m.stones" };
     for (size_t i = 0; i < sizeof inputs / sizeof *inputs; i++)
         sweep(reading_job, sample(inputs[i]));
     pave_image *image = make(30, 40, 3, PAVE_U8, PAVE_DISPLAY, -1, NULL);
@@ -566,6 +575,8 @@ static void survives_lack_of_memory(void **state)
         sweep(writing_job, in_folder(outputs[i]));
     for (size_t i = 0; i < sizeof pavements / sizeof *pavements; i++)
         sweep(stones_job, in_folder(pavements[i]));
+    sweep(stones_reading_job, in_folder("m.svg"));
+    sweep(stones_reading_job, in_folder("m.stones"));
     assert_int_equal(end_capture(), 0);
     pave_image_free(&image);
 }

@@ -67,14 +67,14 @@ static void most_stones_are_quads_in_the_colour_below(void **state)
     pave_stones_params params = PAVE_STONES_PARAMS_INIT;
     params.grout = 0;
     pave_stones *stones = lay(context, drawing, 4, &params);
-    pave_measure m = { .size = sizeof m };
-    assert_ok(pave_stones_measure(context, stones, &m));
+    pave_report m = { .size = sizeof m };
+    assert_ok(pave_stones_report(context, stones, &m));
     assert_true(m.corners_after[4] > 0.95 * m.stones);
     assert_true(m.corners_before[6] > m.corners_before[5] && m.corners_before[6] > m.corners_before[7]);
     assert_true(m.coverage > 0.97 && m.coverage < 1.0);
     assert_int_equal(m.stones + m.lost, m.sites);
     int64_t areas = 0, corners = 0;
-    for (int i = 0; i < PAVE_MEASURE_BINS; i++)
+    for (int i = 0; i < PAVE_REPORT_BINS; i++)
         areas += m.areas[i], corners += m.corners_after[i];
     assert_int_equal(areas, m.stones);
     assert_int_equal(corners, m.stones);
@@ -94,10 +94,10 @@ static void most_stones_are_quads_in_the_colour_below(void **state)
 static double coverage(pave_context *context, const pave_image *drawing, double grout)
 {
     pave_stones_params params = PAVE_STONES_PARAMS_INIT;
-    pave_measure m = { .size = sizeof m };
+    pave_report m = { .size = sizeof m };
     params.grout = grout;
     pave_stones *stones = lay(context, drawing, 4, &params);
-    assert_ok(pave_stones_measure(context, stones, &m));
+    assert_ok(pave_stones_report(context, stones, &m));
     pave_stones_free(&stones);
     return m.coverage;
 }

@@ -65,16 +65,17 @@ static void noise_is_smooth_bounded_and_zero_at_the_lattice(void **state)
 {
     (void)state;
     pv_noise_cell kept = { 0 };
-    int32_t least = 0, most = 0, before = pv_noise(&kept, 9, -5000, 777, 1024);
+    pv_lattice waves = pv_lattice_of(1024, 0);
+    int32_t least = 0, most = 0, before = pv_noise(&kept, 9, &waves, &waves, -5000, 777);
     for (int32_t x = -4990; x < 90000; x += 10) {
         pv_noise_cell fresh = { 0 };
-        int32_t v = pv_noise(&kept, 9, x, 777, 1024);
-        assert_int_equal(v, pv_noise(&fresh, 9, x, 777, 1024));
+        int32_t v = pv_noise(&kept, 9, &waves, &waves, x, 777);
+        assert_int_equal(v, pv_noise(&fresh, 9, &waves, &waves, x, 777));
         assert_true(abs(v - before) < 3000);
         before = v;
         least = v < least ? v : least;
         most = v > most ? v : most;
-        assert_int_equal(pv_noise(&fresh, 9, x / 10 * 1024, 2048, 1024), 0);
+        assert_int_equal(pv_noise(&fresh, 9, &waves, &waves, x / 10 * 1024, 2048), 0);
     }
     assert_true(least < -30000 && least >= -65536);
     assert_true(most > 30000 && most <= 65536);

@@ -168,6 +168,42 @@ static void gives_up_rather_than_guess(void **state)
     forget(&p);
 }
 
+/* Too many pixels, or more sites than a buffer holds: refused before anything of that size is made. */
+static void refuses_what_is_too_large(void **state)
+{
+    (void)state;
+    need_device();
+    problem p = pose(64, 48, 4, SPREAD, 0, 0);
+    p.plane.width = p.plane.height = 1 << 15;
+    for (int k = 0; k < ENGINES; k++) {
+        void *engine = NULL;
+        char name[128];
+        assert_int_equal(engines[k]->open(context, &p.plane, &engine, name), PAVE_ERR_UNSUPPORTED);
+        assert_null(engine);
+        assert_non_null(strstr(pave_context_message(context), "32768 x 32768 px are beyond the 2^28 px"));
+    }
+    pave_site *sites = calloc(1 << 24, sizeof *sites); /* never written, so they take no memory */
+    pv_home *homes = calloc(1 << 24, sizeof *homes);
+    p.plane.width = p.plane.height = 1 << 13;
+    p.plane.start = sites;
+    p.plane.home = homes;
+    p.plane.sites = 1 << 24;
+    for (int k = 0; k < ENGINES && sites && homes; k++) {
+        void *engine = NULL;
+        char name[128];
+        pave_result result = engines[k]->open(context, &p.plane, &engine, name);
+        if (result == PAVE_OK) { /* a device with larger buffers than lavapipe's */
+            engines[k]->close(engine);
+            continue;
+        }
+        assert_int_equal(result, PAVE_ERR_UNSUPPORTED);
+        assert_non_null(strstr(pave_context_message(context), "lay it in windows"));
+    }
+    free(sites);
+    free(homes);
+    forget(&p);
+}
+
 static void can_be_cancelled(void **state)
 {
     (void)state;
@@ -195,6 +231,7 @@ int main(void)
         cmocka_unit_test(long_planes),
         cmocka_unit_test(beyond_images),
         cmocka_unit_test(gives_up_rather_than_guess),
+        cmocka_unit_test(refuses_what_is_too_large),
         cmocka_unit_test(can_be_cancelled),
     };
     return cmocka_run_group_tests_name("vulkan", tests, open_shared_context, close_shared_context);

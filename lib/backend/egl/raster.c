@@ -86,7 +86,7 @@ static void mark_row(raster *r, const tile *t, int32_t from, int32_t to, int32_t
     int32_t left = 256 * t->x - around, right = 256 * (t->x + t->width) + around;
     int32_t top = 256 * t->y - around, bottom = 256 * (t->y + t->height) + around;
     for (int32_t i = from; i < to; i++) {
-        const pave_site *s = &cpu->sorted[i];
+        const pave_site *s = pv_cpu_sorted(cpu, i);
         if (s->x < left || s->x > right || s->y < top || s->y > bottom)
             continue;
         int32_t word = cpu->index[i] / 64;
@@ -349,8 +349,7 @@ static pave_result label_all(pave_context *context, raster *r, int32_t *labels, 
     int32_t across = (int32_t)pv_ceil_div(plane->width, r->width), tile_count;
     tile_count = across * (int32_t)pv_ceil_div(plane->height, r->height);
     double share = (to - from) / tile_count;
-    pave_result result = PAVE_OK;
-    pv_cpu_sort(r->cpu);
+    pave_result result = pv_cpu_sort(context, r->cpu, from);
     atomic_store(&r->radius, 0);
     for (int32_t i = 0; i < tile_count && !result; i++) {
         tile t = { .x = i % across * r->width, .y = i / across * r->height };

@@ -55,8 +55,9 @@ static pave_result create(pave_context *context, pv_vk *vk, VkDeviceSize size, c
                           int count, pv_vk_buffer *buffer)
 {
     if (size > vk->properties.limits.maxStorageBufferRange)
-        return pv_fail(context, PAVE_ERR_UNSUPPORTED, "%s: the drawing needs a buffer of %lld bytes, and it takes %lld",
-                       vk->properties.deviceName, (long long)size,
+        return pv_fail(context, PAVE_ERR_UNSUPPORTED,
+                       "%s: the drawing and its sites need a buffer of %lld bytes, and the device has %lld at most; "
+                       "lay it in windows", vk->properties.deviceName, (long long)size,
                        (long long)vk->properties.limits.maxStorageBufferRange);
     VkBufferCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = size,

@@ -36,11 +36,10 @@ static pave_result wait(pave_context *context, pv_vk *vk)
     double until = pv_seconds() + PATIENCE;
     while (result == VK_TIMEOUT && pv_seconds() < until)
         result = vk->WaitForFences(vk->device, 1, &vk->fence, VK_TRUE, (uint64_t)100 * MILLISECOND);
-    if (result == VK_TIMEOUT) {
-        vk->stuck = 1;
+    vk->stuck = result && result != VK_ERROR_DEVICE_LOST; /* the work may be under way for all that is known */
+    if (result == VK_TIMEOUT)
         return pv_fail(context, PAVE_ERR_DEVICE, "%s: the device has not answered for %d seconds",
                        vk->properties.deviceName, (int)PATIENCE);
-    }
     if (!result)
         result = vk->ResetFences(vk->device, 1, &vk->fence);
     return pv_vk_check(context, vk, result, "finish its work");

@@ -11,7 +11,7 @@ pave_result pv_vk_check(pave_context *context, const pv_vk *vk, VkResult result,
     case VK_SUCCESS:
         return PAVE_OK;
     case VK_ERROR_OUT_OF_HOST_MEMORY:
-        return pv_fail(context, PAVE_ERR_MEMORY, "%s: out of memory when it was to %s", name, what);
+        return pv_fail(context, PAVE_ERR_DEVICE, "%s: its driver was out of memory when it was to %s", name, what);
     case VK_ERROR_OUT_OF_DEVICE_MEMORY:
         return pv_fail(context, PAVE_ERR_DEVICE, "%s: out of device memory when it was to %s", name, what);
     case VK_ERROR_DEVICE_LOST:

@@ -186,6 +186,8 @@ pave_result pv_vk_engine_step(pave_context *context, void *engine, int32_t itera
         result = label_all(&p, NULL);
     if (!result)
         result = pv_vk_over(&p, PV_VK_RELAX, e->plane.sites, PV_VK_GROUP, SITE_COST);
+    if (!result && e->copies)
+        result = pv_vk_over(&p, PV_VK_COPY, e->plane.sites, PV_VK_GROUP, SITE_COST / 4.0);
     if (!result)
         result = pv_vk_submit(&p);
     pv_vk_totals t = { 0 };
@@ -193,7 +195,9 @@ pave_result pv_vk_engine_step(pave_context *context, void *engine, int32_t itera
         result = read_totals(context, e, &t);
     out->empty = t.empty;
     out->moved = t.moved;
+    out->way = (int64_t)t.way;
     out->radius = (int32_t)t.radius;
+    out->stray = (int32_t)t.stray;
     return result;
 }
 
@@ -231,12 +235,14 @@ static pv_vk_parameters describe(const pv_plane *plane, int32_t capacity)
 {
     return (pv_vk_parameters){
         .width = plane->width, .height = plane->height, .sites = plane->sites,
-        .origin_x = plane->origin_x, .origin_y = plane->origin_y, .cell = plane->cell,
+        .origin_x = plane->origin_x, .origin_y = plane->origin_y, .period_x = plane->period_x,
+        .period_y = plane->period_y, .cell = plane->cell,
         .across = (int32_t)pv_ceil_div(256 * (int64_t)plane->width, plane->cell),
         .down = (int32_t)pv_ceil_div(256 * (int64_t)plane->height, plane->cell),
         .tiles_across = (int32_t)pv_ceil_div(plane->width, TILE), .reach = pv_plane_reach(plane), .capacity = capacity,
         .edge_shift = plane->edge ? plane->edge_shift : -1, .push_within = plane->push_within,
-        .push_to = plane->push_to, .noise_wave = plane->noise_wave, .noise_swing = plane->noise_swing,
+        .push_to = plane->push_to, .excess = plane->excess,
+        .noise_wave = plane->noise_wave, .noise_swing = plane->noise_swing,
         .noise_key = plane->noise_key, .seed_low = (uint32_t)plane->seed, .seed_high = (uint32_t)(plane->seed >> 32),
     };
 }
@@ -290,9 +296,11 @@ pave_result pv_vk_engine_open(pave_context *context, pv_vk_engine *e, const pv_p
                               int32_t capacity, pv_vk_label *label)
 {
     if ((int64_t)plane->width * plane->height > (int64_t)PV_VK_EDGE_PARTS * EDGE_PART)
-        return pv_fail(context, PAVE_ERR_UNSUPPORTED, "%d x %d px are beyond the 2^28 of the Vulkan engine",
+        return pv_fail(context, PAVE_ERR_UNSUPPORTED,
+                       "%d x %d px are beyond the 2^28 px of the Vulkan engines; lay them in windows",
                        (int)plane->width, (int)plane->height);
     e->plane = describe(plane, capacity);
+    e->copies = plane->copies;
     e->tiles = e->plane.tiles_across * (int32_t)pv_ceil_div(plane->height, TILE);
     e->site_budget = e->label_budget = FIRST_BUDGET;
     e->label = label;

@@ -17,15 +17,17 @@ enum { SITES, HOMES, SUMS, SORTED, FIRST, LISTS, QUEUE, LABELS, TOTALS, CHUNKS, 
 
 /* The push constants of shaders/parameters.glsl. */
 typedef struct pv_vk_parameters {
-    int32_t width, height, sites, origin_x, origin_y, cell, across, down, tiles_across, reach, capacity;
+    int32_t width, height, sites, origin_x, origin_y, period_x, period_y;
+    int32_t cell, across, down, tiles_across, reach, capacity;
     int32_t edge_shift, push_within, push_to, noise_wave, noise_swing;
     uint32_t noise_key, seed_low, seed_high;
     int32_t iteration, base, count, write, patience;
-    int32_t block, columns, rows, margin, grown;
+    int32_t block, columns, rows, excess, margin, grown;
 } pv_vk_parameters;
 
 typedef struct pv_vk_totals {
-    uint32_t sorted, empty, moved, lost, radius;
+    uint32_t sorted, empty, moved, lost, radius, stray;
+    uint64_t way;
     uint32_t far[PV_VK_FAR]; /* raster: tiles by their farthest pixel */
 } pv_vk_totals;
 
@@ -47,7 +49,7 @@ typedef struct pv_vk_engine {
     pv_vk_buffer buffers[PV_VK_BUFFERS];
     pv_vk_parameters plane;
     pv_vk_label *label;
-    int32_t tiles;
+    int32_t tiles, copies;
     double site_budget, label_budget; /* cost of a submit, in pixels labelled: what is done in about 10 ms */
     int32_t *labels; /* of a band */
 } pv_vk_engine;

@@ -2,6 +2,7 @@
 #include "backend/vulkan/vulkan.h"
 
 #include "shaders/bounds.spv.h"
+#include "shaders/copy.spv.h"
 #include "shaders/count.spv.h"
 #include "shaders/cull.spv.h"
 #include "shaders/gather.spv.h"
@@ -23,7 +24,8 @@ typedef struct shader {
 static const shader shaders[PV_VK_SHADERS] = {
     [PV_VK_COUNT] = SHADER(count), [PV_VK_ROWS] = SHADER(rows), [PV_VK_SORT] = SHADER(sort),
     [PV_VK_LIST] = SHADER(list), [PV_VK_LABEL] = SHADER(label), [PV_VK_WIDE] = SHADER(wide),
-    [PV_VK_RELAX] = SHADER(relax), [PV_VK_BOUNDS] = SHADER(bounds), [PV_VK_CULL] = SHADER(cull),
+    [PV_VK_RELAX] = SHADER(relax), [PV_VK_COPY] = SHADER(copy), [PV_VK_BOUNDS] = SHADER(bounds),
+    [PV_VK_CULL] = SHADER(cull),
     [PV_VK_GATHER] = SHADER(gather),
 };
 

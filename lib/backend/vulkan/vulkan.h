@@ -104,7 +104,7 @@ pave_result pv_vk_download(pave_context *context, pv_vk *vk, const pv_vk_buffer 
 
 /* pipeline.c: the shaders, and the one set of buffers that they share. */
 enum {
-    PV_VK_COUNT, PV_VK_ROWS, PV_VK_SORT, PV_VK_WIDE, PV_VK_RELAX, /* both engines */
+    PV_VK_COUNT, PV_VK_ROWS, PV_VK_SORT, PV_VK_WIDE, PV_VK_RELAX, PV_VK_COPY, /* both engines */
     PV_VK_LIST, PV_VK_LABEL,                                      /* compute */
     PV_VK_BOUNDS, PV_VK_CULL, PV_VK_GATHER,                       /* raster */
     PV_VK_SHADERS,

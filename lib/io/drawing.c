@@ -1,0 +1,127 @@
+/* Images read part by part. */
+#include "io/drawing.h"
+
+#include "io/convert.h"
+#include "io/output.h"
+
+#include <errno.h>
+
+enum { PART_BYTES = 1 << 22, SHARE = 8 };
+
+static int64_t pixel_bytes(const pv_blocks *blocks)
+{
+    return blocks->shape.channels * (int64_t)pv_type_bytes(blocks->shape.type);
+}
+
+/* So many times `step` that it comes to PART_BYTES, where one takes `bytes`. */
+static int32_t steps(int32_t step, int64_t bytes, int32_t most)
+{
+    int64_t count = PART_BYTES / (bytes * step), all = count < 1 ? step : count * step;
+    return all < most ? (int32_t)all : most;
+}
+
+static pave_result read_part(pave_context *context, const pv_blocks *blocks, pv_rect part, void *pixels)
+{
+    const pave_image_params *shape = &blocks->shape;
+    pave_result result = blocks->read(blocks->user, part, pixels);
+    double done = ((double)part.y * shape->width + ((double)part.x + part.width) * part.height) /
+                  ((double)shape->width * shape->height);
+    return result ? result : pv_progress(context, blocks->begun + (1 - blocks->begun) * done);
+}
+
+static pave_result read_image(pave_context *context, const pv_blocks *blocks, pave_image **out)
+{
+    const pave_image_params *shape = &blocks->shape;
+    int64_t row = pixel_bytes(blocks) * shape->width;
+    int32_t rows = steps(blocks->rows, row, shape->height);
+    pave_result result = pv_image_new(context, shape, out);
+    for (int32_t y = 0; y < shape->height && !result; y += rows) {
+        rows = rows < shape->height - y ? rows : shape->height - y;
+        pv_rect part = { 0, y, shape->width, rows };
+        result = read_part(context, blocks, part, (char *)(*out)->pixels + row * y);
+    }
+    if (!result && blocks->premultiplied)
+        pv_unpremultiply(*out);
+    if (result)
+        pave_image_free(out);
+    return result;
+}
+
+/* A part as black and white, into a band of the bitmap. */
+static pave_result threshold_part(pave_context *context, const pv_blocks *blocks, pv_rect part,
+                                  const pave_threshold_params *threshold, pv_bitmap *band)
+{
+    pave_image_params shape = blocks->shape;
+    pave_image *image = NULL, *drawing = NULL;
+    shape.width = part.width;
+    shape.height = part.height;
+    pave_result result = pv_image_new(context, &shape, &image);
+    if (!result)
+        result = read_part(context, blocks, part, image->pixels);
+    if (!result && blocks->premultiplied)
+        pv_unpremultiply(image);
+    if (!result)
+        result = pave_image_threshold(context, image, threshold, &drawing);
+    if (!result)
+        pv_bitmap_store(band, part.x, 0, drawing);
+    pave_image_free(&drawing);
+    pave_image_free(&image);
+    return result;
+}
+
+static pave_result read_band(pave_context *context, const pv_blocks *blocks, int32_t y, int32_t rows,
+                             const pv_target *target)
+{
+    const pave_image_params *shape = &blocks->shape;
+    int32_t columns = steps(blocks->columns, pixel_bytes(blocks) * rows, shape->width);
+    pv_bitmap band;
+    pave_result result = pv_bitmap_create(context, shape->width, rows, &band);
+    for (int32_t x = 0; x < shape->width && !result; x += columns) {
+        columns = columns < shape->width - x ? columns : shape->width - x;
+        result = threshold_part(context, blocks, (pv_rect){ x, y, columns, rows }, target->threshold, &band);
+    }
+    if (!result)
+        result = pv_bitmap_put(context, target->drawing, y, &band);
+    pv_bitmap_free(&band);
+    return result;
+}
+
+/* In memory if it is small beside the room there is, else in a file. */
+static pave_result create_bitmap(pave_context *context, const pv_blocks *blocks, const pv_target *target)
+{
+    const pave_image_params *shape = &blocks->shape;
+    const pv_room *room = target->room;
+    if (blocks->at_once > room->bytes)
+        return pv_fail(context, PAVE_ERR_LIMIT,
+                       "%s: is decoded with %lld bytes at once, and memory leaves %lld; save it as TIFF in tiles",
+                       blocks->path, (long long)blocks->at_once, (long long)room->bytes);
+    if (((int64_t)shape->width + 7) / 8 * shape->height <= room->bytes / SHARE)
+        return pv_bitmap_create(context, shape->width, shape->height, target->drawing);
+    int file = pv_output_scratch(room->beside);
+    if (file < 0)
+        return pv_fail(context, PAVE_ERR_IO, "%s: no temporary file can be made beside it: %s", room->beside,
+                       pv_system_error(errno));
+    return pv_bitmap_create_in(context, shape->width, shape->height, file, target->drawing);
+}
+
+static pave_result read_drawing(pave_context *context, const pv_blocks *blocks, const pv_target *target)
+{
+    const pave_image_params *shape = &blocks->shape;
+    int32_t columns = blocks->columns < shape->width ? blocks->columns : shape->width;
+    int32_t rows = steps(blocks->rows, pixel_bytes(blocks) * columns, shape->height);
+    pave_result result = pv_check_size(context, blocks->path, shape->width, shape->height);
+    if (!result)
+        result = create_bitmap(context, blocks, target);
+    for (int32_t y = 0; y < shape->height && !result; y += rows) {
+        rows = rows < shape->height - y ? rows : shape->height - y;
+        result = read_band(context, blocks, y, rows, target);
+    }
+    if (result)
+        pv_bitmap_free(target->drawing);
+    return result;
+}
+
+pave_result pv_blocks_read(pave_context *context, const pv_blocks *blocks, const pv_target *target)
+{
+    return target->image ? read_image(context, blocks, target->image) : read_drawing(context, blocks, target);
+}

@@ -1,0 +1,26 @@
+/* What reading and writing OpenEXR files share: a call under way. */
+#pragma once
+
+#include "io/input.h"
+#include "io/output.h"
+
+#include <OpenEXR/openexr.h>
+
+/* OpenEXR's allocator has no user pointer, so the call at work in a thread is kept apart. */
+typedef struct pv_exr_call {
+    pave_context *context;
+    const char *path;
+    exr_context_t exr;
+    const pv_input *input; /* when it is read */
+    pv_output *output;     /* when it is written */
+    pave_result memory;    /* what became of the last allocation */
+    char text[256];        /* OpenEXR's last sentence */
+} pv_exr_call;
+
+/* Makes a call the one at work, and returns the one before: a callback may have called in here. */
+pv_exr_call *pv_exr_enter(pv_exr_call *call);
+
+exr_context_initializer_t pv_exr_initializer(pv_exr_call *call);
+
+/* The sentence for a failure of OpenEXR's. */
+pave_result pv_exr_failure(pv_exr_call *call, exr_result_t code);
