@@ -5,19 +5,24 @@
 #include <stdlib.h>
 #include <string.h>
 
+static pave_btf_file_params files;
 static pave_limits limits;
 static pave_context_params machine;
 
-/* Reads the command line of one of the verbs below; the groups "Machine" and "Limits" come last in each. */
+enum { SHARED = 3 };
+
+/* Reads the command line of one of the verbs below; the groups of files, machine and limits come last in each. */
 static int begin(cli_command *command, cli_group *groups, int count, int argc, char **argv, pave_context **context)
 {
+    pave_btf_file_params_init(&files, sizeof files);
     pave_limits_init(&limits, sizeof limits);
     pave_context_params_init(&machine, sizeof machine);
     machine.limits = &limits;
-    groups[count] = (cli_group){ "Machine", PAVE_PARAMS_CONTEXT, &machine };
-    groups[count + 1] = (cli_group){ "Limits", PAVE_PARAMS_LIMITS, &limits };
+    groups[count] = (cli_group){ "Files", PAVE_PARAMS_BTF_FILE, &files };
+    groups[count + 1] = (cli_group){ "Machine", PAVE_PARAMS_CONTEXT, &machine };
+    groups[count + 2] = (cli_group){ "Limits", PAVE_PARAMS_LIMITS, &limits };
     command->groups = groups;
-    command->group_count = count + 2;
+    command->group_count = count + SHARED;
     int status = read_command(command, argc, argv);
     if (!status && command->outputs && command->output_count != 1)
         complain(command, "where to? give one -o FILE"), status = EXIT_USAGE;
@@ -31,7 +36,7 @@ static int write_btf(const cli_command *command, pave_context *context, pave_res
     int status = exit_code(made, WHILE_WORKING);
     phase(from, 1);
     if (!made)
-        status = exit_code(pave_btf_write(context, *btf, command->output[0]), WHILE_WRITING);
+        status = exit_code(pave_btf_write(context, *btf, &files, command->output[0]), WHILE_WRITING);
     pave_btf_free(btf);
     return status;
 }
@@ -40,7 +45,7 @@ static int write_btf(const cli_command *command, pave_context *context, pave_res
 static int synthesize(int argc, char **argv)
 {
     pave_btf_synthesis_params params = PAVE_BTF_SYNTHESIS_PARAMS_INIT;
-    cli_group groups[3] = { { "Material", PAVE_PARAMS_BTF_SYNTHESIS, &params } };
+    cli_group groups[1 + SHARED] = { { "Material", PAVE_PARAMS_BTF_SYNTHESIS, &params } };
     cli_command command = {
         .verb = "btf synthesize",
         .usage = "-o FILE [options]",
@@ -63,7 +68,7 @@ static int synthesize(int argc, char **argv)
 static int compress(int argc, char **argv)
 {
     pave_btf_compress_params params = PAVE_BTF_COMPRESS_PARAMS_INIT;
-    cli_group groups[3] = { { "Compression", PAVE_PARAMS_BTF_COMPRESS, &params } };
+    cli_group groups[1 + SHARED] = { { "Compression", PAVE_PARAMS_BTF_COMPRESS, &params } };
     cli_command command = {
         .verb = "btf compress",
         .usage = "BTF -o FILE.btf [options]",
@@ -77,7 +82,7 @@ static int compress(int argc, char **argv)
     if (status)
         return status < 0 ? EXIT_FINE : status;
     phase(0, 0.02);
-    pave_result result = pave_btf_read(context, command.input[0], &btf);
+    pave_result result = pave_btf_read(context, command.input[0], &files, &btf);
     if (result)
         status = exit_code(result, WHILE_READING);
     phase(0.02, 0.95);
@@ -92,7 +97,7 @@ static int compress(int argc, char **argv)
 
 static int convert(int argc, char **argv)
 {
-    cli_group groups[2];
+    cli_group groups[SHARED];
     cli_command command = {
         .verb = "btf convert",
         .usage = "BTF -o FILE",
@@ -106,7 +111,7 @@ static int convert(int argc, char **argv)
     if (status)
         return status < 0 ? EXIT_FINE : status;
     phase(0, 0.02);
-    pave_result result = pave_btf_read(context, command.input[0], &btf);
+    pave_result result = pave_btf_read(context, command.input[0], &files, &btf);
     status = result ? exit_code(result, WHILE_READING) : write_btf(&command, context, result, &btf, 0.02);
     finish(&context);
     return status;
@@ -126,7 +131,7 @@ static void print_info(const pave_btf *btf)
 
 static int info(int argc, char **argv)
 {
-    cli_group groups[2];
+    cli_group groups[SHARED];
     cli_command command = {
         .verb = "btf info",
         .usage = "BTF [--json]",
@@ -139,7 +144,7 @@ static int info(int argc, char **argv)
     int status = begin(&command, groups, 0, argc, argv, &context);
     if (status)
         return status < 0 ? EXIT_FINE : status;
-    pave_result result = pave_btf_read(context, command.input[0], &btf);
+    pave_result result = pave_btf_read(context, command.input[0], &files, &btf);
     status = exit_code(result, WHILE_READING);
     if (!result)
         print_info(btf);
@@ -182,7 +187,7 @@ static pave_result draw(const cli_command *command, pave_context *context, const
 static int view(int argc, char **argv)
 {
     pave_btf_view_params params = PAVE_BTF_VIEW_PARAMS_INIT;
-    cli_group groups[3] = { { "Picture", PAVE_PARAMS_BTF_VIEW, &params } };
+    cli_group groups[1 + SHARED] = { { "Picture", PAVE_PARAMS_BTF_VIEW, &params } };
     char store[4][64], **words = malloc((size_t)(argc + 3) * sizeof *words);
     cli_command command = {
         .verb = "btf view",
@@ -198,7 +203,7 @@ static int view(int argc, char **argv)
         return EXIT_RESOURCES;
     int status = begin(&command, groups, 1, split_directions(argc, argv, words, store), words, &context);
     if (!status) {
-        pave_result result = pave_btf_read(context, command.input[0], &btf);
+        pave_result result = pave_btf_read(context, command.input[0], &files, &btf);
         if (!result && command.input_count > 1)
             result = read_image(context, command.input[1], &environment);
         status = exit_code(result, WHILE_READING);

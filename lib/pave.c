@@ -8,7 +8,8 @@
 
 #include <pave/pave.h>
 
-extern const pv_table pv_stream_table; /* stream.c */
+extern const pv_table pv_stream_table;   /* stream.c */
+extern const pv_table pv_btf_file_table; /* io/btf_file.c */
 
 static const pave_lay_params default_params = PAVE_LAY_PARAMS_INIT;
 
@@ -32,6 +33,7 @@ static const pv_table *find_table(int32_t table)
     case PAVE_PARAMS_BTF_SYNTHESIS: return &pv_btf_synthesis_table;
     case PAVE_PARAMS_BTF_COMPRESS: return &pv_btf_compress_table;
     case PAVE_PARAMS_BTF_VIEW: return &pv_btf_view_table;
+    case PAVE_PARAMS_BTF_FILE: return &pv_btf_file_table;
     default: return NULL;
     }
 }

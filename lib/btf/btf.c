@@ -2,7 +2,6 @@
 #include "btf/btf.h"
 
 #include "btf/scene.h"
-#include "util/half.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -107,21 +106,6 @@ pave_result pv_btf_copy_frame(pave_context *context, const pave_btf *btf, pave_b
     return result;
 }
 
-pave_result pv_btf_allocate_samples(pave_context *context, pave_btf *btf)
-{
-    pave_result result = PAVE_OK;
-    size_t value = btf->type == PAVE_F16 ? 2 : 4;
-    double bytes = (double)pv_btf_texels(btf) * (double)pv_btf_length(btf) * (double)value;
-    if (bytes > (double)context->limits.max_bytes)
-        return pv_fail(context, PAVE_ERR_LIMIT, "the samples take %.0f bytes, beyond the limit of %lld (max_bytes)",
-                       bytes, (long long)context->limits.max_bytes);
-    btf->samples.texel_bytes = (size_t)pv_btf_length(btf) * value;
-    btf->samples.block = pv_allocate(context, (size_t)pv_btf_texels(btf), btf->samples.texel_bytes, &result);
-    btf->samples.first = btf->samples.block;
-    btf->samples.chunk = INT32_MAX;
-    return result;
-}
-
 pave_result pv_btf_allocate_factors(pave_context *context, pave_btf *btf, int32_t plane, int32_t components)
 {
     pave_result result = PAVE_OK;
@@ -222,78 +206,6 @@ int32_t pave_btf_components(const pave_btf *btf, int32_t channel)
 double pave_btf_error(const pave_btf *btf, int32_t channel)
 {
     return btf->factors && is_channel(btf, channel) ? btf->factors[btf->joint ? 0 : channel].error : 0;
-}
-
-/* Where a texel's samples lie; NULL if they were left out of the file. */
-static const uint8_t *texel_bytes(const pave_btf *btf, int64_t texel)
-{
-    const pv_samples *s = &btf->samples;
-    int64_t slot = s->slots ? s->slots[texel] : texel;
-    return slot < 0 ? NULL : s->first + (size_t)slot * s->texel_bytes + (size_t)(slot / s->chunk) * s->gap;
-}
-
-void pv_btf_samples(const pave_btf *btf, int64_t texel, int64_t first, int64_t count, float *out)
-{
-    const uint8_t *from = texel_bytes(btf, texel);
-    if (!from)
-        memset(out, 0, (size_t)count * sizeof *out);
-    else if (btf->type == PAVE_F32)
-        memcpy(out, from + 4 * first, (size_t)count * sizeof *out);
-    else
-        for (int64_t i = 0; i < count; i++) {
-            uint16_t half;
-            memcpy(&half, from + 2 * (first + i), sizeof half);
-            out[i] = pv_half_value(half);
-        }
-}
-
-void pv_btf_store(pave_btf *btf, int64_t texel, const float *values)
-{
-    int64_t count = pv_btf_length(btf);
-    uint8_t *to = (uint8_t *)btf->samples.block + (size_t)texel * btf->samples.texel_bytes;
-    if (btf->type == PAVE_F32)
-        memcpy(to, values, (size_t)count * sizeof *values);
-    else
-        for (int64_t i = 0; i < count; i++)
-            ((uint16_t *)(void *)to)[i] = pv_half(values[i]);
-}
-
-static float product(const float *a, const float *b, int32_t count)
-{
-    float sum[8] = { 0 };
-    int32_t i = 0;
-    for (; i + 8 <= count; i += 8)
-        for (int32_t k = 0; k < 8; k++)
-            sum[k] += a[i + k] * b[i + k];
-    for (; i < count; i++)
-        sum[0] += a[i] * b[i];
-    return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]));
-}
-
-static void sample_scene(const pave_btf *btf, int64_t texel, int64_t pair, float *out)
-{
-    float values[PV_MOST_LIGHTS * 3];
-    pv_scene_view(btf->scene, texel, (int32_t)(pair / btf->lights.count), values);
-    memcpy(out, values + pair % btf->lights.count * 3, 3 * sizeof *out);
-}
-
-void pv_btf_sample(const pave_btf *btf, int64_t texel, int64_t pair, float *out)
-{
-    if (btf->scene) {
-        sample_scene(btf, texel, pair, out);
-        return;
-    }
-    if (!btf->factors) {
-        pv_btf_samples(btf, texel, pair * btf->channels, btf->channels, out);
-        return;
-    }
-    float values[PV_BTF_CHANNELS];
-    for (int32_t c = 0; c < btf->channels; c++) {
-        const pv_factors *f = &btf->factors[btf->joint ? 0 : c];
-        int64_t row = btf->joint ? pair * btf->channels + c : pair;
-        values[c] = product(f->left + row * f->components, f->right + texel * f->components, f->components);
-    }
-    pv_colour_decode(btf, values, 1, out);
 }
 
 void pave_btf_abrdf(const pave_btf *btf, int32_t x, int32_t y, float *out)

@@ -97,8 +97,10 @@ static inline int64_t pv_btf_rows(const pave_btf *btf)
 /* A BTF with neither samples nor factors; everything is checked but the memory that samples would take. */
 pave_result pv_btf_new(pave_context *context, const pave_btf_params *params, pave_btf **out);
 
-/* Room for its samples, not yet written. */
+/* Bytes that its samples take, room for them in memory, not yet written, or wherever there is some. */
+double pv_btf_sample_bytes(const pave_btf *btf);
 pave_result pv_btf_allocate_samples(pave_context *context, pave_btf *btf);
+void pv_btf_place_samples(pave_btf *btf, void *at);
 
 /* Room for the factors of a matrix. */
 pave_result pv_btf_allocate_factors(pave_context *context, pave_btf *btf, int32_t plane, int32_t components);
@@ -112,6 +114,9 @@ void pv_btf_samples(const pave_btf *btf, int64_t texel, int64_t first, int64_t c
 /* All channels of one texel under one pair of view and light. */
 void pv_btf_sample(const pave_btf *btf, int64_t texel, int64_t pair, float *out);
 
+/* A texel from one view: [light][channel]. */
+void pv_btf_from_view(const pave_btf *btf, int64_t texel, int32_t view, float *out);
+
 /* The samples that a view and a light lie among, and their weights. */
 typedef struct pv_mix {
     int64_t pair[9];
@@ -124,8 +129,8 @@ void pv_btf_mix(const pave_btf *btf, pave_direction view, pave_direction light, 
 /* Adds `weight` times what a texel sends by a mix to `sum`, a number for each channel. */
 void pv_btf_add(const pave_btf *btf, int64_t texel, const pv_mix *mix, double weight, double *sum);
 
-/* Stores a whole texel that pv_btf_allocate_samples made room for. */
-void pv_btf_store(pave_btf *btf, int64_t texel, const float *values);
+/* Writes some of a texel's samples where room was made for them. */
+void pv_btf_put(pave_btf *btf, int64_t texel, int64_t first, int64_t count, const float *values);
 
 /* Directions: checked (finite, above the horizon, none twice), copied and triangulated. */
 pave_result pv_directions_create(pave_context *context, const char *what, const pave_direction *given, int32_t count,

@@ -39,7 +39,7 @@ static void store_texel(void *data, int32_t texel, int32_t worker)
     const storing *work = data;
     float *values = work->values + worker * pv_btf_length(work->btf);
     pv_scene_texel(work->btf->scene, texel, values);
-    pv_btf_store(work->btf, texel, values);
+    pv_btf_put(work->btf, texel, 0, pv_btf_length(work->btf), values);
 }
 
 static pave_result store_all(pave_context *context, pave_btf *btf, double from)

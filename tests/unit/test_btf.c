@@ -333,8 +333,8 @@ static void samples_come_back_from_files(void **state)
     params.stored = 0;
     pave_btf *made = synthesize(*state, params);
     close(file);
-    assert_ok(pave_btf_write(*state, made, path));
-    assert_ok(pave_btf_read(*state, path, &read));
+    assert_ok(pave_btf_write(*state, made, NULL, path));
+    assert_ok(pave_btf_read(*state, path, NULL, &read));
     assert_true(difference(*state, stored, read) == 0);
     float a[3], b[3], *texture = malloc(81 * 3 * sizeof *texture);
     pave_btf_texture(read, 17, 5, texture);
@@ -363,8 +363,8 @@ static void factors_come_back_from_files(void **state)
         params.components = 128; /* all there are, for U/Y and V/Y too */
         params.joint = joint;
         assert_ok(pave_btf_compress(*state, btf, &params, &small));
-        assert_ok(pave_btf_write(*state, small, path));
-        assert_ok(pave_btf_read(*state, path, &read));
+        assert_ok(pave_btf_write(*state, small, NULL, path));
+        assert_ok(pave_btf_read(*state, path, NULL, &read));
         assert_true(difference(*state, small, read) == 0);
         assert_true(difference(*state, btf, read) < 0.01);
         unlink(path);
@@ -392,7 +392,7 @@ static void damaged_files_are_refused(void **state)
     assert_ok(pave_btf_create(context, &shape, NULL, &btf));
     char bdi[64];
     snprintf(bdi, sizeof bdi, "%s.bdi", path);
-    assert_ok(pave_btf_write(context, btf, bdi));
+    assert_ok(pave_btf_write(context, btf, NULL, bdi));
     FILE *file = fopen(bdi, "rb");
     char bytes[8192];
     size_t size = fread(bytes, 1, sizeof bytes, file), kept = 0;
@@ -401,7 +401,7 @@ static void damaged_files_are_refused(void **state)
         file = fopen(bdi, "wb");
         fwrite(bytes, 1, cut, file);
         fclose(file);
-        assert_int_equal(pave_btf_read(context, bdi, &read), PAVE_ERR_FORMAT);
+        assert_int_equal(pave_btf_read(context, bdi, NULL, &read), PAVE_ERR_FORMAT);
         assert_null(read);
     }
     for (size_t at = 10; at + 4 <= size; at += 2) {
@@ -411,7 +411,7 @@ static void damaged_files_are_refused(void **state)
         file = fopen(bdi, "wb");
         fwrite(changed, 1, size, file);
         fclose(file);
-        kept += pave_btf_read(context, bdi, &read) == PAVE_OK;
+        kept += pave_btf_read(context, bdi, NULL, &read) == PAVE_OK;
         pave_btf_free(&read);
     }
     assert_true(kept > 0 && kept < size / 2);
