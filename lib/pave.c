@@ -34,6 +34,8 @@ static const pv_table *find_table(int32_t table)
     case PAVE_PARAMS_BTF_COMPRESS: return &pv_btf_compress_table;
     case PAVE_PARAMS_BTF_VIEW: return &pv_btf_view_table;
     case PAVE_PARAMS_BTF_FILE: return &pv_btf_file_table;
+    case PAVE_PARAMS_BTF_TEXELS: return &pv_btf_texels_table;
+    case PAVE_PARAMS_BTF_SHEET: return &pv_btf_sheet_table;
     default: return NULL;
     }
 }

@@ -148,7 +148,9 @@ enum {
 
 typedef struct pave_btf_compress_params {
     size_t size;
-    int32_t components; /* for each channel; the second and third of log Y, U/Y, V/Y get half as many */
+    int32_t components; /* for each channel, or just for the first of log Y, U/Y, V/Y; */
+    int32_t second;     /* for the second of these; 0: half as many */
+    int32_t third;
     double error;       /* greatest relative error of each channel's matrix in the Frobenius norm; then as many
                            components as it takes, at most `components`; 0: just `components` */
     int32_t colour;     /* PAVE_BTF_COLOUR_ */
@@ -158,7 +160,7 @@ typedef struct pave_btf_compress_params {
 } pave_btf_compress_params;
 
 #define PAVE_BTF_COMPRESS_PARAMS_INIT \
-    { sizeof(pave_btf_compress_params), 64, 0, PAVE_BTF_COLOUR_AUTO, 0, 3, PAVE_F16 }
+    { sizeof(pave_btf_compress_params), 64, 0, 0, 0, PAVE_BTF_COLOUR_AUTO, 0, 3, PAVE_F16 }
 
 PAVE_API void pave_btf_compress_params_init(pave_btf_compress_params *params, size_t size);
 
@@ -169,8 +171,63 @@ PAVE_API void pave_btf_compress_params_init(pave_btf_compress_params *params, si
 PAVE_API pave_result pave_btf_compress(pave_context *context, const pave_btf *btf,
                                        const pave_btf_compress_params *params, pave_btf **out);
 
-/* Of a BTF that pave_btf_compress made: the relative error of a channel's matrix in the Frobenius norm. Otherwise 0. */
+/* One basis for several materials (den Brok 2014, 4.1), which are factored alike and have the same width and
+ * directions: left factors and singular values of all their matrices side by side, at most `components` for each
+ * channel, found from the factors alone and exactly so up to what they left out. The result is a BTF in which the
+ * materials lie below each other. Needs OpenBLAS when it runs.
+ * Memory: rows times the components of all together, and the square of these. */
+PAVE_API pave_result pave_btf_merge(pave_context *context, const pave_btf *const *btfs, int32_t count,
+                                    int32_t components, pave_btf **out);
+
+/* Of a BTF that pave_btf_compress or pave_btf_merge made: the relative error of a channel's matrix in the Frobenius norm. Otherwise 0. */
 PAVE_API double pave_btf_error(const pave_btf *btf, int32_t channel);
+
+/* ---- How sound it is, and how far two are apart ---- */
+
+typedef struct pave_btf_texels_params {
+    size_t size;
+    int32_t texels; /* looked at, spread evenly from the first to the last; 0: all */
+} pave_btf_texels_params;
+
+#define PAVE_BTF_TEXELS_PARAMS_INIT { sizeof(pave_btf_texels_params), 256 }
+
+PAVE_API void pave_btf_texels_params_init(pave_btf_texels_params *params, size_t size);
+
+/* What the samples of the texels looked at have to say; pairs that are missing are left out. */
+typedef struct pave_btf_diagnosis {
+    size_t size;                 /* set by the caller */
+    int32_t view_set, light_set; /* PAVE_DIRECTIONS_ if they are one, in its order; -1 if not */
+    int64_t texels, samples;     /* looked at */
+    int64_t missing;             /* pairs of view and light */
+    int64_t not_finite, negative;
+    int64_t saturated;           /* samples that equal the greatest of their channel */
+    double least, greatest, mean;
+    double reciprocity; /* of the mean over texels and channels, without the light's cosine: the rms difference of
+                           pairs with view and light exchanged, over the rms. NAN if no light is where a view is */
+    double albedo;      /* mean over texels, views and channels: what leaves of even light from the hemisphere, by
+                           the share of it that lies nearest to each light; white and diffuse is exactly 1 */
+    double albedo_over; /* the share of these albedos that are above 1 */
+} pave_btf_diagnosis;
+
+/* Cost: linear in the samples looked at, times the components of a factored BTF. */
+PAVE_API pave_result pave_btf_diagnose(pave_context *context, const pave_btf *btf,
+                                       const pave_btf_texels_params *params, pave_btf_diagnosis *out);
+
+/* The albedo of each texel, mean over views, as a picture of the BTF's channels. */
+PAVE_API pave_result pave_btf_albedo(pave_context *context, const pave_btf *btf, pave_image **out);
+
+typedef struct pave_btf_difference {
+    size_t size; /* set by the caller */
+    int64_t texels;
+    double rmse;     /* of the ABRDF of a texel, mean over texels (Steinhausen 2014, Eq. 11), on samples as they are */
+    double rmse_log; /* the same on log(sample + 1e-5) */
+    double relative; /* Frobenius norm of the difference over that of b, on log luminance (den Brok 2014, Table 2) */
+    double direction_error; /* degrees, the greatest between directions of the same number */
+} pave_btf_difference;
+
+/* How far `a` is from `b`, which have the same texels, channels and numbers of directions. */
+PAVE_API pave_result pave_btf_measure(pave_context *context, const pave_btf *a, const pave_btf *b,
+                                      const pave_btf_texels_params *params, pave_btf_difference *out);
 
 /* ---- Looking at it ---- */
 
@@ -198,6 +255,32 @@ PAVE_API void pave_btf_view_params_init(pave_btf_view_params *params, size_t siz
  * takes the lamp's place; NULL: the lamp. Cost: 36 lookups a sample, and for an environment three for each light. */
 PAVE_API pave_result pave_btf_view(pave_context *context, const pave_btf *btf, const pave_image *environment,
                                    const pave_btf_view_params *params, pave_image **out);
+
+/* `scale` times the difference of the pictures of two BTFs, without its sign. */
+PAVE_API pave_result pave_btf_view_difference(pave_context *context, const pave_btf *a, const pave_btf *b,
+                                              const pave_image *environment, const pave_btf_view_params *params,
+                                              double scale, pave_image **out);
+
+typedef struct pave_btf_sheet_params {
+    size_t size;
+    int32_t views;  /* shown, spread over all in their order */
+    int32_t lights; /* alike, of a contact sheet */
+    int32_t tile;   /* side of each picture, px */
+    int32_t x, y;   /* texel of a plot; -1: the mean over texels (at most 1024, spread) */
+    double exposure; /* powers of two; 0: a white diffuse plane that faces the lamp is 1 */
+} pave_btf_sheet_params;
+
+#define PAVE_BTF_SHEET_PARAMS_INIT { sizeof(pave_btf_sheet_params), 5, 7, 96, -1, -1, 0 }
+
+PAVE_API void pave_btf_sheet_params_init(pave_btf_sheet_params *params, size_t size);
+
+/* Textures side by side: a row for each view shown, a column for each light. */
+PAVE_API pave_result pave_btf_contact_sheet(pave_context *context, const pave_btf *btf,
+                                            const pave_btf_sheet_params *params, pave_image **out);
+
+/* An ABRDF as discs, one for each view shown: the hemisphere of lights in the parabolic plane, its pole in the middle. */
+PAVE_API pave_result pave_btf_plot(pave_context *context, const pave_btf *btf, const pave_btf_sheet_params *params,
+                                   pave_image **out);
 
 #ifdef __cplusplus
 }

@@ -84,6 +84,13 @@ PAVE_API pave_result pave_btf_read(pave_context *context, const char *path, cons
 PAVE_API pave_result pave_btf_write(pave_context *context, const pave_btf *btf, const pave_btf_file_params *params,
                                     const char *path);
 
+/* Writes what was found out, as "json", or as "text": lines for people, which NULL means too. "-": standard output. */
+PAVE_API pave_result pave_btf_diagnosis_write(pave_context *context, const pave_btf *btf,
+                                              const pave_btf_diagnosis *diagnosis, const char *path,
+                                              const char *format);
+PAVE_API pave_result pave_btf_difference_write(pave_context *context, const pave_btf_difference *difference,
+                                               const char *path, const char *format);
+
 #ifdef __cplusplus
 }
 #endif

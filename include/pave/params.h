@@ -22,7 +22,9 @@ enum {
     PAVE_PARAMS_BTF_SYNTHESIS = 20, /* pave_btf_synthesis_params */
     PAVE_PARAMS_BTF_COMPRESS = 21,  /* pave_btf_compress_params */
     PAVE_PARAMS_BTF_VIEW = 22,      /* pave_btf_view_params */
-    PAVE_PARAMS_BTF_FILE = 23       /* pave_btf_file_params */
+    PAVE_PARAMS_BTF_FILE = 23,      /* pave_btf_file_params */
+    PAVE_PARAMS_BTF_TEXELS = 24,    /* pave_btf_texels_params */
+    PAVE_PARAMS_BTF_SHEET = 25      /* pave_btf_sheet_params */
 };
 
 /* How a field is stored. */

@@ -5,7 +5,7 @@
 
 #include <pave/btf.h>
 
-extern const pv_table pv_btf_synthesis_table, pv_btf_compress_table, pv_btf_view_table;
+extern const pv_table pv_btf_synthesis_table, pv_btf_compress_table, pv_btf_view_table, pv_btf_texels_table, pv_btf_sheet_table;
 
 enum { PV_BTF_CHANNELS = 32, PV_BTF_NAME = 64, PV_BTF_TEXT = 81 };
 
@@ -139,9 +139,16 @@ void pv_directions_free(pv_directions *directions);
 void pv_directions_weigh(const pv_directions *directions, pave_direction direction, int32_t index[3],
                          double weight[3]);
 
+/* How much of the hemisphere lies nearest to each direction: 2 pi together. */
+void pv_directions_share(const pv_directions *directions, double *share);
+
 /* A direction as a unit vector, and back. */
 void pv_direction_vector(pave_direction direction, double vector[3]);
 pave_direction pv_vector_direction(const double vector[3]);
+
+/* A picture of a BTF's channels, and of alpha if asked, in linear light; its pixels are not yet written. */
+pave_result pv_btf_picture(pave_context *context, const pave_btf *btf, int32_t width, int32_t height, int alpha,
+                           pave_image **out);
 
 /* Colour models that can be decoded, and those that have three channels. */
 int pv_colour_known(int32_t colour);

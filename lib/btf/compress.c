@@ -15,6 +15,8 @@ static const pave_btf_compress_params default_params = PAVE_BTF_COMPRESS_PARAMS_
 
 static const pv_param compress_rows[] = {
     PV_INTEGER(pave_btf_compress_params, components, "", 1, 4096, "components of each channel; with error, at most"),
+    PV_INTEGER(pave_btf_compress_params, second, "", 0, 4096, "of U/Y; 0: half as many"),
+    PV_INTEGER(pave_btf_compress_params, third, "", 0, 4096, "of V/Y; 0: half as many"),
     PV_REAL(pave_btf_compress_params, error, "", 0, 1, "greatest relative error of a channel; 0: as components say"),
     PV_CHOICE(pave_btf_compress_params, colour, "auto|log-yuv|log|plain", "what is factored"),
     PV_FLAG(pave_btf_compress_params, joint, "factor all channels as one matrix, which makes an FMF file"),
@@ -278,8 +280,10 @@ static pave_result open_work(pave_context *context, const pave_btf_compress_para
     if (!result)
         w->energy = pv_allocate(context, BLOCK, (size_t)btf->channels * sizeof *w->energy, &result);
     for (int32_t c = 0; c < pv_btf_planes(w->out) && !result; c++) {
-        int32_t half = (params->components + 1) / 2, chroma = w->colour == PV_COLOUR_LOG_YUV && c;
-        result = open_plane(context, w, c, chroma && !params->error ? half : params->components);
+        int32_t asked = c == 1 ? params->second : params->third, half = (params->components + 1) / 2;
+        int32_t chroma = w->colour == PV_COLOUR_LOG_YUV && c;
+        result = open_plane(context, w, c, !chroma ? params->components : asked ? asked
+                                                   : params->error ? params->components : half);
     }
     return result;
 }

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_DIRECTIONS = 4096, ONE = 1 << 24, FAR = 4 * ONE };
+enum { MOST_DIRECTIONS = 4096, DOTS = 4096, ONE = 1 << 24, FAR = 4 * ONE };
 
 static const double degree = 3.14159265358979323846 / 180;
 
@@ -255,4 +255,23 @@ void pv_directions_weigh(const pv_directions *d, pave_direction direction, int32
     }
     index[0] = index[1] = index[2] = nearest(d, p);
     weight[0] = 1, weight[1] = weight[2] = 0;
+}
+
+/* Counted on an even spiral. */
+void pv_directions_share(const pv_directions *directions, double *share)
+{
+    memset(share, 0, (size_t)directions->count * sizeof *share);
+    for (int32_t k = 0; k < DOTS; k++) {
+        double z = (k + 0.5) / DOTS, r = sqrt(1 - z * z), a = k * 2.399963229728653;
+        double d[3] = { r * cos(a), r * sin(a), z }, most = -2;
+        int32_t best = 0;
+        for (int32_t l = 0; l < directions->count; l++) {
+            double v[3];
+            pv_direction_vector(directions->direction[l], v);
+            double near = d[0] * v[0] + d[1] * v[1] + d[2] * v[2];
+            if (near > most)
+                most = near, best = l;
+        }
+        share[best] += 360 * degree / DOTS;
+    }
 }

@@ -2,8 +2,10 @@
 #include "btf/btf.h"
 
 #include "btf/scene.h"
+#include "image/image.h"
 #include "util/half.h"
 
+#include <stdio.h>
 #include <string.h>
 
 double pv_btf_sample_bytes(const pave_btf *btf)
@@ -115,4 +117,25 @@ void pv_btf_from_view(const pave_btf *btf, int64_t texel, int32_t view, float *o
     else
         for (int32_t l = 0; l < lights; l++)
             pv_btf_sample(btf, texel, first + l, out + (int64_t)l * btf->channels);
+}
+
+pave_result pv_btf_picture(pave_context *context, const pave_btf *btf, int32_t width, int32_t height, int alpha,
+                           pave_image **out)
+{
+    pave_image_params shape = PAVE_IMAGE_PARAMS_INIT;
+    char names[PV_BTF_CHANNELS * PV_BTF_NAME + 2] = "", *to = names;
+    shape.width = width;
+    shape.height = height;
+    shape.channels = btf->channels + alpha;
+    shape.type = PAVE_F32;
+    shape.encoding = PAVE_LINEAR;
+    shape.alpha = alpha ? btf->channels : -1;
+    for (int32_t c = 0; c < btf->channels; c++)
+        to += sprintf(to, "%s%s", c ? "," : "", btf->names[c]);
+    strcpy(to, alpha ? ",A" : "");
+    shape.names = names;
+    if (shape.channels > PV_MOST_CHANNELS)
+        return pv_fail(context, PAVE_ERR_UNSUPPORTED, "a picture has at most %d channels, and this BTF has %d",
+                       PV_MOST_CHANNELS - alpha, (int)btf->channels);
+    return pv_image_new(context, &shape, out);
 }

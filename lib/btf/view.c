@@ -6,12 +6,11 @@
 #include "util/light.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 static const double pi = 3.14159265358979323846;
 
-enum { DOTS = 4096, SKY = 64 };
+enum { SKY = 64 };
 
 static const pave_btf_view_params default_params = PAVE_BTF_VIEW_PARAMS_INIT;
 
@@ -140,13 +139,21 @@ static pave_direction local(const spot *p, const double v[3])
     return pv_vector_direction(in);
 }
 
-static const double *look_up(const sky *around, int32_t channels, const double d[3])
+/* Between the middles of four cells, around the horizon and up to the poles. */
+static void look_up(const sky *around, int32_t channels, const double d[3], double *out)
 {
-    int32_t y = (int32_t)(acos(fmin(fmax(d[1], -1), 1)) / pi * (SKY / 2));
-    int32_t x = (int32_t)((atan2(d[0], d[2]) / pi + 1) / 2 * SKY);
-    y = y < SKY / 2 ? y : SKY / 2 - 1;
-    x = x < SKY ? x : SKY - 1;
-    return around->radiance + ((int64_t)y * SKY + x) * channels;
+    double y = acos(fmin(fmax(d[1], -1), 1)) / pi * (SKY / 2) - 0.5;
+    double x = (atan2(d[0], d[2]) / pi + 1) / 2 * SKY - 0.5, fx = x - floor(x), fy = y - floor(y);
+    int32_t x0 = ((int32_t)floor(x) + SKY) % SKY, x1 = (x0 + 1) % SKY;
+    int32_t y0 = y < 0 ? 0 : (int32_t)y, y1 = (int32_t)floor(y) + 1;
+    y1 = y1 < SKY / 2 ? y1 : SKY / 2 - 1;
+    const double *a = around->radiance + (int64_t)y0 * SKY * channels;
+    const double *b = around->radiance + (int64_t)y1 * SKY * channels;
+    for (int32_t c = 0; c < channels; c++) {
+        double above = (1 - fx) * a[x0 * channels + c] + fx * a[x1 * channels + c];
+        double below = (1 - fx) * b[x0 * channels + c] + fx * b[x1 * channels + c];
+        out[c] = (1 - fy) * above + fy * below;
+    }
 }
 
 static void add_sky(const scene *s, const spot *p, pave_direction view, int64_t texel, double *sum)
@@ -161,7 +168,8 @@ static void add_sky(const scene *s, const spot *p, pave_direction view, int64_t 
         pv_direction_vector(btf->lights.direction[l], in);
         for (int i = 0; i < 3; i++)
             out[i] = in[0] * p->tangent[i] + in[1] * p->across[i] + in[2] * p->normal[i];
-        const double *radiance = look_up(s->sky, btf->channels, out);
+        double radiance[PV_BTF_CHANNELS];
+        look_up(s->sky, btf->channels, out, radiance);
         for (int32_t k = 0; k < 3; k++) {
             double w = of_view[k] * s->sky->share[l] * (btf->cosine ? 1 : in[2]);
             if (w == 0)
@@ -230,24 +238,6 @@ static void draw_row(void *data, int32_t y, int32_t worker)
         draw_pixel(s, x, y, s->pixels + ((size_t)y * (size_t)s->params.side + (size_t)x) * each);
 }
 
-/* How much of the hemisphere lies nearest to each light: counted on an even spiral. */
-static void share_out(const pv_directions *lights, double *share)
-{
-    memset(share, 0, (size_t)lights->count * sizeof *share);
-    for (int32_t k = 0; k < DOTS; k++) {
-        double z = (k + 0.5) / DOTS, r = sqrt(1 - z * z), a = k * 2.399963229728653;
-        double d[3] = { r * cos(a), r * sin(a), z }, most = -2;
-        int32_t best = 0;
-        for (int32_t l = 0; l < lights->count; l++) {
-            double v[3];
-            pv_direction_vector(lights->direction[l], v);
-            if (dot(d, v) > most)
-                most = dot(d, v), best = l;
-        }
-        share[best] += 2 * pi / DOTS;
-    }
-}
-
 static double light_of(const pave_image *image, int32_t x, int32_t y, int32_t channel)
 {
     double value = pv_image_value(image, ((int64_t)y * image->width + x) * image->channels + channel);
@@ -280,27 +270,8 @@ static pave_result open_sky(pave_context *context, const pave_btf *btf, const pa
         return result;
     for (int32_t i = 0; i < SKY * SKY / 2 * channels; i++) /* a grey sky lights all channels alike */
         out->radiance[i] = mean_light(image, i / channels, image->channels >= channels ? i % channels : 0);
-    share_out(&btf->lights, out->share);
+    pv_directions_share(&btf->lights, out->share);
     return PAVE_OK;
-}
-
-static pave_result new_picture(pave_context *context, const scene *s, pave_image **out)
-{
-    pave_image_params shape = PAVE_IMAGE_PARAMS_INIT;
-    char names[PV_BTF_CHANNELS * PV_BTF_NAME + 2] = "", *to = names;
-    shape.width = shape.height = s->params.side;
-    shape.channels = s->btf->channels + 1;
-    shape.type = PAVE_F32;
-    shape.encoding = PAVE_LINEAR;
-    shape.alpha = s->btf->channels;
-    for (int32_t c = 0; c < s->btf->channels; c++)
-        to += sprintf(to, "%s,", s->btf->names[c]);
-    strcpy(to, "A");
-    shape.names = names;
-    if (shape.channels > PV_MOST_CHANNELS)
-        return pv_fail(context, PAVE_ERR_UNSUPPORTED, "a picture has at most %d channels, and this BTF has %d",
-                       PV_MOST_CHANNELS - 1, (int)s->btf->channels);
-    return pv_image_new(context, &shape, out);
 }
 
 pave_result pave_btf_view(pave_context *context, const pave_btf *btf, const pave_image *environment,
@@ -316,7 +287,7 @@ pave_result pave_btf_view(pave_context *context, const pave_btf *btf, const pave
     if (!result && environment)
         result = open_sky(context, btf, environment, &around);
     if (!result)
-        result = new_picture(context, &s, out);
+        result = pv_btf_picture(context, btf, s.params.side, s.params.side, 1, out);
     if (!result) {
         pv_call call = pv_call_begin(context, "view", 0, 1);
         aim(degrees(s.params.view_theta, s.params.view_phi), &s.camera);
