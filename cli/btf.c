@@ -363,7 +363,7 @@ static int view(int argc, char **argv)
     char store[4][64], **words = malloc((size_t)(argc + 3) * sizeof *words);
     cli_command command = {
         .verb = "btf view",
-        .usage = "BTF [ENVIRONMENT] -o FILE [--light THETA,PHI] [--view THETA,PHI] [--against BTF [--scale 20]] [options]",
+        .usage = "BTF [ENVIRONMENT] -o FILE [--light THETA,PHI] [--view THETA,PHI] [--against BTF] [options]",
         .summary = "Draws a material on a plane, a cylinder or a sphere, under a lamp or an environment picture.\n"
                    "--against draws the difference to another BTF instead, --scale times (20 if not given).",
         .outputs = "write picture.png or picture.exr",
@@ -381,7 +381,8 @@ static int view(int argc, char **argv)
             result = read_image(context, command.input[1], &environment);
         status = exit_code(result, WHILE_READING);
         if (!result)
-            status = exit_code(draw(&command, context, &params, environment, btf, against, scale ? strtod(scale, NULL) : 20), WHILE_WRITING);
+            status = exit_code(draw(&command, context, &params, environment, btf, against,
+                                    scale ? strtod(scale, NULL) : 20), WHILE_WRITING);
         pave_image_free(&environment);
         pave_btf_free(&btf);
         finish(&context);

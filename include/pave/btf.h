@@ -179,7 +179,8 @@ PAVE_API pave_result pave_btf_compress(pave_context *context, const pave_btf *bt
 PAVE_API pave_result pave_btf_merge(pave_context *context, const pave_btf *const *btfs, int32_t count,
                                     int32_t components, pave_btf **out);
 
-/* Of a BTF that pave_btf_compress or pave_btf_merge made: the relative error of a channel's matrix in the Frobenius norm. Otherwise 0. */
+/* Of a BTF that pave_btf_compress or pave_btf_merge made: the relative error of a channel's matrix in the Frobenius
+ * norm (of a merged one: beyond the errors of what was merged). Otherwise 0. */
 PAVE_API double pave_btf_error(const pave_btf *btf, int32_t channel);
 
 /* ---- How sound it is, and how far two are apart ---- */
@@ -278,7 +279,7 @@ PAVE_API void pave_btf_sheet_params_init(pave_btf_sheet_params *params, size_t s
 PAVE_API pave_result pave_btf_contact_sheet(pave_context *context, const pave_btf *btf,
                                             const pave_btf_sheet_params *params, pave_image **out);
 
-/* An ABRDF as discs, one for each view shown: the hemisphere of lights in the parabolic plane, its pole in the middle. */
+/* An ABRDF as discs, one for each view shown: the hemisphere of lights in the parabolic plane, around its pole. */
 PAVE_API pave_result pave_btf_plot(pave_context *context, const pave_btf *btf, const pave_btf_sheet_params *params,
                                    pave_image **out);
 

@@ -5,7 +5,8 @@
 
 #include <pave/btf.h>
 
-extern const pv_table pv_btf_synthesis_table, pv_btf_compress_table, pv_btf_view_table, pv_btf_texels_table, pv_btf_sheet_table;
+extern const pv_table pv_btf_synthesis_table, pv_btf_compress_table, pv_btf_texels_table;
+extern const pv_table pv_btf_view_table, pv_btf_sheet_table;
 
 enum { PV_BTF_CHANNELS = 32, PV_BTF_NAME = 64, PV_BTF_TEXT = 81 };
 

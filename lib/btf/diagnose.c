@@ -347,7 +347,9 @@ static double log_luminance(const float *values, int32_t channels)
     double sum = 0;
     for (int32_t c = 0; c < channels && channels != 3; c++)
         sum += (double)values[c] / channels;
-    return log_of(channels == 3 ? 0.299 * (double)values[0] + 0.587 * (double)values[1] + 0.114 * (double)values[2] : sum);
+    if (channels == 3)
+        sum = 0.299 * (double)values[0] + 0.587 * (double)values[1] + 0.114 * (double)values[2];
+    return log_of(sum);
 }
 
 static void compare_texel(void *data, int32_t index, int32_t worker)
@@ -396,7 +398,8 @@ static void sum_errors(const pairing *p, pave_btf_difference *out)
     }
     out->relative = whole > 0 ? sqrt(apart / whole) : 0;
     out->texels = p->count;
-    out->direction_error = fmax(greatest_angle(&p->a->views, &p->b->views), greatest_angle(&p->a->lights, &p->b->lights));
+    out->direction_error = fmax(greatest_angle(&p->a->views, &p->b->views),
+                                greatest_angle(&p->a->lights, &p->b->lights));
 }
 
 pave_result pave_btf_measure(pave_context *context, const pave_btf *a, const pave_btf *b,

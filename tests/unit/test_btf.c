@@ -4,6 +4,7 @@
 #include "btf/algebra.h"
 #include "btf/btf.h"
 #include "btf/scene.h"
+#include "image/image.h"
 
 #include <math.h>
 #include <unistd.h>
@@ -421,6 +422,144 @@ static void damaged_files_are_refused(void **state)
     pave_context_free(&context);
 }
 
+/* The singular values of two materials side by side, by the exact decomposition of all their texels. */
+static void exact_values(pave_context *context, const pave_btf *const *btfs, int32_t channel, double *values)
+{
+    int32_t n = 0;
+    int64_t length = pv_btf_length(btfs[0]), pairs = length / 3;
+    float *samples = malloc((size_t)length * sizeof *samples), *coded = malloc((size_t)length * sizeof *coded);
+    double *rows = malloc(128 * (size_t)pairs * sizeof *rows), *gram = malloc(128 * 128 * sizeof *gram);
+    for (int b = 0; b < 2; b++)
+        for (int32_t t = 0; t < 64; t++, n++) {
+            pave_btf_abrdf(btfs[b], t % 8, t / 8, samples);
+            pv_colour_encode(PV_COLOUR_LOG_YUV, 3, samples, pairs, coded);
+            for (int64_t p = 0; p < pairs; p++)
+                rows[n * pairs + p] = coded[3 * p + channel];
+        }
+    pv_algebra algebra;
+    assert_ok(pv_algebra_open(context, &algebra));
+    pv_multiply_double(&algebra, 0, 1, n, n, (int)pairs, rows, (int)pairs, rows, (int)pairs, 0, gram, n);
+    assert_ok(pv_eigen(context, &algebra, n, gram, values));
+    pv_algebra_close(&algebra);
+    free(samples);
+    free(coded);
+    free(rows);
+    free(gram);
+}
+
+/* Merging all components of two materials gives the decomposition of both, and loses nothing. */
+static void merging_is_the_svd_of_the_concatenation(void **state)
+{
+    if (!has_algebra(*state))
+        skip();
+    pave_btf *btf[2], *small[2] = { NULL, NULL }, *merged = NULL;
+    pave_btf_compress_params params = PAVE_BTF_COMPRESS_PARAMS_INIT;
+    params.type = PAVE_F32;
+    params.components = params.second = params.third = 64;
+    for (int i = 0; i < 2; i++) {
+        btf[i] = synthesize(*state, params_of(i ? PAVE_BTF_COBBLE : PAVE_BTF_GRAVEL, 8));
+        assert_ok(pave_btf_compress(*state, btf[i], &params, &small[i]));
+    }
+    const pave_btf *const all[2] = { small[0], small[1] }, *const exact[2] = { btf[0], btf[1] };
+    assert_ok(pave_btf_merge(*state, all, 2, 128, &merged));
+    assert_int_equal(pave_btf_height(merged), 16);
+    for (int32_t c = 0; c < 3; c++) {
+        double values[128];
+        exact_values(*state, exact, c, values);
+        for (int k = 0; k < 128; k++)
+            assert_true(fabs((double)merged->factors[c].singular[k] - sqrt(fmax(values[k], 0))) < 1e-4 * sqrt(values[0]));
+    }
+    for (int i = 0; i < 2; i++)
+        for (int64_t t = 0; t < 64; t += 9)
+            for (int64_t p = 0; p < 81 * 81; p += 37) {
+                float x[3], y[3];
+                pv_btf_sample(small[i], t, p, x);
+                pv_btf_sample(merged, 64 * i + t, p, y);
+                for (int c = 0; c < 3; c++)
+                    assert_true(fabsf(x[c] - y[c]) < 2e-3f * fabsf(x[c]) + 1e-4f);
+            }
+    pave_btf_free(&merged);
+    assert_ok(pave_btf_merge(*state, all, 2, 10, &merged));
+    assert_true(pave_btf_components(merged, 0) == 10 && pave_btf_error(merged, 0) > 0);
+    pave_btf_free(&merged);
+    for (int i = 0; i < 2; i++) {
+        pave_btf_free(&small[i]);
+        pave_btf_free(&btf[i]);
+    }
+}
+
+/* White and diffuse: albedo 1, reciprocal; what is done to it is found. */
+static void diagnosis_finds_what_was_done(void **state)
+{
+    pave_direction d[81];
+    pave_btf_params shape = PAVE_BTF_PARAMS_INIT;
+    pave_btf_diagnosis found = { .size = sizeof found };
+    pave_btf_texels_params all = PAVE_BTF_TEXELS_PARAMS_INIT;
+    pave_btf *btf = NULL;
+    float values[81 * 81 * 3];
+    all.texels = 0;
+    shape.width = shape.height = 2;
+    shape.type = PAVE_F32;
+    shape.views = shape.lights = pave_directions(PAVE_DIRECTIONS_UBO81, d, 81);
+    shape.view_directions = shape.light_directions = d;
+    assert_ok(pave_btf_create(*state, &shape, NULL, &btf));
+    for (int i = 0; i < 81 * 81 * 3; i++)
+        values[i] = (float)(cos(d[i / 3 % 81].theta) / M_PI);
+    for (int t = 0; t < 4; t++)
+        pv_btf_put(btf, t, 0, 81 * 81 * 3, values);
+    assert_ok(pave_btf_diagnose(*state, btf, &all, &found));
+    assert_true(fabs(found.albedo - 1) < 1e-6 && found.reciprocity < 1e-6 && found.view_set == PAVE_DIRECTIONS_UBO81);
+    assert_true(found.samples == 4 * 81 * 81 * 3 && !found.missing && !found.negative && !found.not_finite);
+    assert_true(found.saturated == 4 * 81 * 3); /* the light at the pole */
+    values[3 * 81 * 40 + 7] = NAN, values[5] = -1;
+    for (int i = 0; i < 81 * 3; i++)
+        values[80 * 81 * 3 + i] *= 2; /* one view is too bright */
+    pv_btf_put(btf, 3, 0, 81 * 81 * 3, values);
+    assert_ok(pave_btf_diagnose(*state, btf, &all, &found));
+    assert_true(found.negative == 1 && found.not_finite == 1 && found.least == -1);
+    assert_true(found.albedo_over >= 3.0 / (4 * 81 * 3) - 1e-12);
+    pave_btf_difference same = { .size = sizeof same };
+    assert_ok(pave_btf_measure(*state, btf, btf, NULL, &same));
+    assert_true(same.direction_error == 0);
+    pave_btf_free(&btf);
+}
+
+static double pixel(const pave_image *image, int32_t x, int32_t y, int32_t c)
+{
+    return pv_image_value(image, ((int64_t)y * image->width + x) * image->channels + c);
+}
+
+/* A disc shows a view's samples where their lights are; a contact sheet its textures; a BTF differs not from itself. */
+static void sheets_show_the_samples(void **state)
+{
+    pave_btf *btf = synthesize(*state, params_of(PAVE_BTF_TILE, 4));
+    pave_btf_sheet_params params = PAVE_BTF_SHEET_PARAMS_INIT;
+    pave_btf_view_params view = PAVE_BTF_VIEW_PARAMS_INIT;
+    pave_image *image = NULL;
+    float values[3];
+    params.x = 1, params.y = 2, params.tile = 401, params.views = 2;
+    assert_ok(pave_btf_plot(*state, btf, &params, &image));
+    for (int32_t l = 0; l < 81; l++) {
+        const pave_direction *d = &pave_btf_light_directions(btf)[l];
+        double r = tan(d->theta / 2.0) * 200.5;
+        pv_btf_sample(btf, 9, 80 * 81 + l, values);
+        double shown = pixel(image, 403 + (int32_t)(200.5 + r * cos(d->phi)), (int32_t)(200.5 - r * sin(d->phi)), 1);
+        assert_true(fabs(shown - M_PI * values[1]) < 0.03 * M_PI * values[1] + 0.003);
+    }
+    pave_image_free(&image);
+    params.tile = 4, params.lights = 81;
+    assert_ok(pave_btf_contact_sheet(*state, btf, &params, &image));
+    assert_int_equal(image->width, 81 * 6 - 2);
+    pv_btf_sample(btf, 9, 80 * 81 + 33, values);
+    assert_true(fabs(pixel(image, 33 * 6 + 1, 6 + 2, 2) - M_PI * values[2]) < 1e-5);
+    pave_image_free(&image);
+    view.side = 24;
+    assert_ok(pave_btf_view_difference(*state, btf, btf, NULL, &view, 20, &image));
+    assert_true(pixel(image, 12, 12, 0) == 0 && pixel(image, 12, 12, 3) == 1);
+    pave_image_free(&image);
+    pave_btf_free(&btf);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -437,6 +576,9 @@ int main(void)
         cmocka_unit_test(samples_come_back_from_files),
         cmocka_unit_test(factors_come_back_from_files),
         cmocka_unit_test(damaged_files_are_refused),
+        cmocka_unit_test(merging_is_the_svd_of_the_concatenation),
+        cmocka_unit_test(diagnosis_finds_what_was_done),
+        cmocka_unit_test(sheets_show_the_samples),
     };
     return cmocka_run_group_tests(tests, open_context, close_context);
 }
