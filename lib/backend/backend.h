@@ -14,6 +14,7 @@ typedef struct pv_home {
 } pv_home;
 
 enum { PV_NEAR = 8 };
+enum { PV_LEFT = 1, PV_TOP = 2, PV_RIGHT = 4, PV_BOTTOM = 8 };
 
 /* The problem: a plane of pixels with sites on it, and how they move. Lengths are in 1/256 px. */
 typedef struct pv_plane {
@@ -21,6 +22,7 @@ typedef struct pv_plane {
     int32_t origin_x, origin_y; /* of the corner in the whole plane, which homes and noise belong to: 1/256 px */
     int32_t period_x, period_y; /* after which home lattice and noise repeat, 1/256 px; 0: never */
     int32_t copies;             /* some sites have an original */
+    int32_t open;               /* PV_LEFT and so on: borders beyond which the whole plane goes on */
     int32_t sites;
     const pave_site *start; /* in index order, which is the order of their home blocks and cells */
     const pv_home *home;
@@ -36,12 +38,13 @@ typedef struct pv_plane {
     uint64_t seed;
 } pv_plane;
 
-/* What a step reports back. */
+/* What a step is asked, and reports back. */
 typedef struct pv_step {
+    int32_t deep;  /* asked: pixels nearer than that to an open border need not count for the radius, px */
     int64_t empty; /* cells without a pixel */
     int64_t moved; /* sites that are not where they were */
     int64_t way;   /* of all sites: the larger of the moves in x and in y, 1/256 px */
-    int32_t radius; /* no pixel was farther from its site; an upper bound, 1/256 px */
+    int32_t radius; /* no pixel that counts was farther from its site; an upper bound, 1/256 px */
     int32_t stray; /* where sites have copies: no original is farther from its home cell, in x or in y, 1/256 px */
 } pv_step;
 

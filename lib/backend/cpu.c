@@ -122,6 +122,7 @@ pave_result pv_cpu_open(pave_context *context, const pv_plane *plane, pv_label_r
     cpu->across = (int32_t)pv_ceil_div(256 * (int64_t)plane->width, cpu->bucket);
     cpu->down = (int32_t)pv_ceil_div(256 * (int64_t)plane->height, cpu->bucket);
     cpu->buckets = (int64_t)cpu->across * cpu->down;
+    cpu->per_bucket = (uint64_t)pv_ceil_div((int64_t)1 << 32, cpu->bucket);
     cpu->parts = cpu->workers < MOST_PARTS ? cpu->workers : MOST_PARTS;
     cpu->reach = pv_plane_reach(plane);
     fill_squeeze(cpu->squeeze);
@@ -279,10 +280,18 @@ pave_result pv_cpu_relax(pave_context *context, pv_cpu *cpu, int32_t iteration, 
     return result;
 }
 
+void pv_cpu_watch(pv_cpu *cpu, int32_t deep)
+{
+    const pv_plane *p = &cpu->plane;
+    cpu->watch = (pv_watch){ p->open & PV_LEFT ? deep : 0, p->open & PV_TOP ? deep : 0,
+                             p->width - (p->open & PV_RIGHT ? deep : 0), p->height - (p->open & PV_BOTTOM ? deep : 0) };
+}
+
 static pave_result cpu_step(pave_context *context, void *engine, int32_t iteration, double from, double to,
                             pv_step *out)
 {
     double middle = from + 0.9 * (to - from);
+    pv_cpu_watch(engine, out->deep);
     pave_result result = label_all(context, engine, NULL, from, middle, &out->radius);
     return result ? result : pv_cpu_relax(context, engine, iteration, middle, to, out);
 }

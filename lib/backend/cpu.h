@@ -12,7 +12,7 @@ enum {
 typedef struct pv_cpu pv_cpu;
 
 /* Labels row `ty` of tiles: adds its pixels to `sums` and, unless NULL, writes them to `labels` (whole plane). Returns
- * an upper bound of the distance from a pixel to its site, 1/256 px. */
+ * an upper bound of the distance from a pixel that counts to its site, 1/256 px. */
 typedef int32_t pv_label_row(const pv_cpu *cpu, int32_t ty, pv_sum *sums, int32_t *labels);
 
 /* Sorted sites member by member, for vectors: PV_LANES can be read from any place on. */
@@ -21,8 +21,14 @@ typedef struct pv_columns {
     int32_t *box; /* half_x in the low 16 bits, half_y in the high ones, cut to 32767 */
 } pv_columns;
 
+/* Where pixels count for the radius, px. */
+typedef struct pv_watch {
+    int32_t left, top, right, bottom;
+} pv_watch;
+
 struct pv_cpu {
     pv_plane plane;
+    pv_watch watch;
     pv_label_row *label_row;
     pave_site *sites;
     int32_t workers;
@@ -31,6 +37,7 @@ struct pv_cpu {
     /* Sites sorted into square buckets, row by row: bucket k has the places first[k] .. first[k+1]-1. */
     int32_t bucket, across, down; /* side in 1/256 px, buckets in x and y */
     int64_t buckets;
+    uint64_t per_bucket; /* 2^32 / bucket, rounded up */
     int32_t reach; /* the greatest distance from a site to the corner of its box */
     int32_t *first;
     int32_t *index;     /* which site, in sorted order */
@@ -60,6 +67,16 @@ pave_result pv_cpu_sort(pave_context *context, pv_cpu *cpu, double at);
 int32_t pv_cpu_blocks(int64_t buckets); /* the length of block_first */
 pave_result pv_cpu_relax(pave_context *context, pv_cpu *cpu, int32_t iteration, double from, double to, pv_step *out);
 void pv_cpu_close(void *engine);
+
+/* Lets only pixels count for the radius that are so deep inside, px. */
+void pv_cpu_watch(pv_cpu *cpu, int32_t deep);
+
+/* Does a tile count, the first pixel of which is (x, y)? */
+static inline int pv_watched(const pv_cpu *cpu, int32_t x, int32_t y)
+{
+    return x + PV_TILE > cpu->watch.left && x < cpu->watch.right && y + PV_TILE > cpu->watch.top &&
+           y < cpu->watch.bottom;
+}
 
 /* Labels the one tile whose first pixel is (x, y), and returns that bound. */
 int32_t pv_label_tile_portable(const pv_cpu *cpu, int32_t x, int32_t y, pv_sum *sums, int32_t *labels);

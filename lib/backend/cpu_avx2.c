@@ -45,12 +45,12 @@ typedef struct tile {
     int32_t base[VECTORS];  /* where in the columns a vector of sites begins */
     int32_t meant[VECTORS]; /* how many of its sites are in the window; the others are sites all the same, or far */
     __m256i distance[VECTORS][QUARTERS];
-    int32_t count;                      /* candidates */
+    int32_t count, bits;                /* candidates; what their ranks take */
     int32_t found[SLOTS + PV_LANES];    /* their places in the columns */
     int32_t unsorted[SLOTS + PV_LANES]; /* their indices */
-    int32_t place[SLOTS + 1], index[SLOTS + 1]; /* both again, by rank */
+    int32_t place[SLOTS + 1];           /* both again, by rank; and what has none */
+    int32_t index[SLOTS + 1];
     __m256i owner[PV_TILE];             /* each pixel's rank, row by row */
-    __m256i farthest;                   /* the greatest squared distances of all tiles so far */
 } tile;
 
 static inline int32_t min(int32_t a, int32_t b)
@@ -147,9 +147,10 @@ static inline int measure(const pv_cpu *cpu, tile *t, const window *w, __m128i *
     return 1;
 }
 
+/* The bucket that something so far along lies in, or the next one: whether a window is large enough is checked. */
 static inline int32_t bucket_at(const pv_cpu *cpu, int32_t way, int32_t buckets)
 {
-    int32_t b = way > 0 ? (int32_t)((uint32_t)way / (uint32_t)cpu->bucket) : 0;
+    int32_t b = way > 0 ? (int32_t)((uint32_t)way * cpu->per_bucket >> 32) : 0;
     return b < buckets ? b : buckets - 1;
 }
 
@@ -222,47 +223,37 @@ static inline void list(const pv_cpu *cpu, tile *t, __m128i bounds)
     }
 }
 
-/* How many of eight indices are lower than each. */
-static inline __m256i ranks_of(__m256i v)
+/* Of eight indices, how many of `count` others are lower. */
+static inline __m256i ranks_of(__m256i v, const int32_t *others, int32_t count)
 {
-    __m256i turn = _mm256_setr_epi32(1, 2, 3, 4, 5, 6, 7, 0), w = v, rank = _mm256_setzero_si256();
-    for (int i = 1; i < PV_LANES; i++) {
-        w = _mm256_permutevar8x32_epi32(w, turn);
-        rank = _mm256_sub_epi32(rank, _mm256_cmpgt_epi32(v, w));
-    }
+    __m256i rank = _mm256_setzero_si256();
+    for (int32_t k = 0; k < count; k += PV_LANES)
+        for (int32_t i = k; i < k + PV_LANES; i++)
+            rank = _mm256_sub_epi32(rank, _mm256_cmpgt_epi32(v, broadcast(others + i)));
     return rank;
 }
 
-/* Ranks the candidates by index: each one's place is the number of lower indices. What is no candidate ranks after
- * them all. */
+/* Ranks the candidates by index: each one's place is the number of lower indices. What fills the last vector up ranks
+ * after them all. */
 static inline void sort(tile *t)
 {
     int32_t rank[PV_LANES];
     store(t->unsorted + t->count, _mm256_set1_epi32(INT32_MAX));
-    if (t->count <= PV_LANES) {
-        store(rank, ranks_of(load(t->unsorted)));
-        for (int32_t k = 0; k < PV_LANES; k++) {
-            t->index[rank[k]] = t->unsorted[k];
-            t->place[rank[k]] = t->found[k];
+    for (int32_t k = 0; k < t->count; k += PV_LANES) {
+        store(rank, ranks_of(load(t->unsorted + k), t->unsorted, t->count));
+        for (int32_t i = 0; i < PV_LANES; i++) {
+            t->index[rank[i]] = t->unsorted[k + i];
+            t->place[rank[i]] = t->found[k + i];
         }
-        return;
-    }
-    for (int32_t k = 0; k < t->count; k++) {
-        __m256i index = broadcast(t->unsorted + k);
-        int32_t at = 0;
-        for (int32_t j = 0; j < t->count; j += PV_LANES) {
-            __m256i lower = _mm256_cmpgt_epi32(index, load(t->unsorted + j));
-            at += _mm_popcnt_u32((uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(lower)));
-        }
-        t->index[at] = t->unsorted[k];
-        t->place[at] = t->found[k];
     }
 }
 
-/* Keys of the tile's rows: the squared distance, and below it the rank in `bits` bits. */
-static inline void decide(const pv_cpu *cpu, tile *t, __m128i bits)
+/* Keys of the tile's rows: the squared distance, and below it the rank in `bits` bits. Keeps the greatest squared
+ * distances of all tiles in `farthest`. */
+static inline void decide(const pv_cpu *cpu, tile *t, __m256i *farthest)
 {
     const pv_columns *c = &cpu->columns;
+    const __m128i bits = _mm_cvtsi32_si128(t->bits);
     const __m256i half = _mm256_set1_epi32(32768);
     __m256i px = _mm256_add_epi32(_mm256_set1_epi32(256 * t->x0 + 128),
                                   _mm256_setr_epi32(0, 256, 512, 768, 1024, 1280, 1536, 1792));
@@ -295,7 +286,7 @@ static inline void decide(const pv_cpu *cpu, tile *t, __m128i bits)
         t->owner[r] = _mm256_and_si256(key[r], ranks);
         most = _mm256_max_epu32(most, key[r]);
     }
-    t->farthest = _mm256_max_epu32(t->farthest, _mm256_srl_epi32(most, bits));
+    *farthest = _mm256_max_epu32(*farthest, _mm256_srl_epi32(most, bits));
 }
 
 /* The owners of four rows as bytes: columns 0..3 of each row, then columns 4..7 of each. */
@@ -347,23 +338,26 @@ static inline void write_labels(const pv_cpu *cpu, const tile *t, int32_t column
         _mm256_maskstore_epi32(to, inside, _mm256_i32gather_epi32(t->index, t->owner[r], 4));
 }
 
-static inline int label_tile(const pv_cpu *cpu, tile *t, pv_sum *sums, int32_t *labels)
+/* Finds the tile's candidates. 0 if it does not fit the scheme. */
+static inline int find(const pv_cpu *cpu, tile *t)
 {
     __m128i within;
     if (cpu->reach > NEAR - STEP - BOUND || !search(cpu, t, &within))
         return 0;
     list(cpu, t, within);
-    int32_t bits = t->count > 1 ? 32 - __builtin_clz((uint32_t)t->count - 1) : 0;
+    t->bits = t->count > 1 ? 32 - __builtin_clz((uint32_t)t->count - 1) : 0;
     uint64_t farthest = (uint64_t)(t->margin - cpu->reach + ACROSS); /* of a candidate from a pixel */
-    if (farthest * farthest >> (32 - bits))
-        return 0;
+    return !(farthest * farthest >> (32 - t->bits));
+}
+
+static inline void label_tile(const pv_cpu *cpu, tile *t, __m256i *farthest, pv_sum *sums, int32_t *labels)
+{
     sort(t);
-    decide(cpu, t, _mm_cvtsi32_si128(bits));
+    decide(cpu, t, farthest);
     int32_t columns = min(cpu->plane.width - t->x0, PV_TILE), rows = min(cpu->plane.height - t->y0, PV_TILE);
     collect(t, columns + rows == 2 * PV_TILE ? ~(uint64_t)0 : inside_of(columns, rows), sums);
     if (labels)
         write_labels(cpu, t, columns, rows, labels);
-    return 1;
 }
 
 static int32_t first_margin(const pv_cpu *cpu)
@@ -374,17 +368,23 @@ static int32_t first_margin(const pv_cpu *cpu)
 int32_t pv_label_row_avx2(const pv_cpu *cpu, int32_t ty, pv_sum *sums, int32_t *labels)
 {
     tile t;
-    int32_t radius = 0;
-    t.farthest = _mm256_setzero_si256();
+    int32_t radius = 0, squares[PV_LANES];
+    __m256i farthest = _mm256_setzero_si256();
     t.y0 = ty * PV_TILE;
     t.margin = first_margin(cpu);
-    for (t.x0 = 0; t.x0 < cpu->plane.width; t.x0 += PV_TILE)
-        if (!label_tile(cpu, &t, sums, labels)) {
-            radius = max(radius, pv_label_tile_portable(cpu, t.x0, t.y0, sums, labels));
-            t.margin = first_margin(cpu);
+    for (t.x0 = 0; t.x0 < cpu->plane.width; t.x0 += PV_TILE) {
+        __m256i before = farthest;
+        int counts = pv_watched(cpu, t.x0, t.y0);
+        if (find(cpu, &t)) {
+            label_tile(cpu, &t, &farthest, sums, labels);
+            farthest = counts ? farthest : before;
+            continue;
         }
-    int32_t squares[PV_LANES];
-    store(squares, t.farthest);
+        int32_t here = pv_label_tile_portable(cpu, t.x0, t.y0, sums, labels);
+        radius = counts ? max(radius, here) : radius;
+        t.margin = first_margin(cpu);
+    }
+    store(squares, farthest);
     for (int i = 0; i < PV_LANES; i++)
         radius = max(radius, (int32_t)pv_isqrt((uint32_t)squares[i]) + 1 + cpu->reach + PV_METRIC_SLACK);
     return radius;

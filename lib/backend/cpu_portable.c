@@ -214,7 +214,7 @@ int32_t pv_label_row_portable(const pv_cpu *cpu, int32_t ty, pv_sum *sums, int32
     int32_t radius = 0;
     for (int32_t x = 0; x < cpu->plane.width; x += PV_TILE) {
         int32_t here = pv_label_tile_portable(cpu, x, ty * PV_TILE, sums, labels);
-        radius = here > radius ? here : radius;
+        radius = here > radius && pv_watched(cpu, x, ty * PV_TILE) ? here : radius;
     }
     return radius;
 }

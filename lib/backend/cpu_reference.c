@@ -24,7 +24,7 @@ int32_t pv_label_row_reference(const pv_cpu *cpu, int32_t ty, pv_sum *sums, int3
         for (int32_t x = 0; x < cpu->plane.width; x++) {
             uint64_t d;
             int32_t label = nearest(cpu, 256 * x + 128, 256 * y + 128, &d);
-            farthest = d > farthest ? d : farthest;
+            farthest = d > farthest && pv_watched(cpu, x / PV_TILE * PV_TILE, ty * PV_TILE) ? d : farthest;
             pv_sum_add(&sums[label], 1, x, y);
             if (labels)
                 labels[(int64_t)y * cpu->plane.width + x] = label;

@@ -6,6 +6,7 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
 struct pv_heap {
     pave_alloc_fn alloc;
@@ -22,12 +23,20 @@ typedef struct block_header {
     int64_t bytes;
 } block_header;
 
-enum { ALIGNMENT = 64 };
+enum { ALIGNMENT = 64, HUGE_PAGE = 2 << 20, WORTH_HUGE_PAGES = 4 * HUGE_PAGE };
 
+/* Large blocks are walked with long strides, where a page for every 4 KiB costs more than what lies in them. */
 static void *plain_alloc(void *user, size_t size)
 {
     (void)user;
-    return malloc(size);
+    void *block = malloc(size);
+#ifdef MADV_HUGEPAGE
+    uintptr_t from = ((uintptr_t)block + HUGE_PAGE - 1) & ~(uintptr_t)(HUGE_PAGE - 1);
+    uintptr_t to = ((uintptr_t)block + size) & ~(uintptr_t)(HUGE_PAGE - 1);
+    if (block && size >= WORTH_HUGE_PAGES && to > from)
+        madvise((void *)from, to - from, MADV_HUGEPAGE); /* a hint, no more */
+#endif
+    return block;
 }
 
 static void plain_free(void *user, void *memory)

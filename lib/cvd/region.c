@@ -92,7 +92,8 @@ static pave_result relax(pave_context *context, const pv_backend *backend, void 
     double share = 1.0 / (steps + 1);
     pave_result result = PAVE_OK;
     for (int32_t i = 0; i < steps && !result; i++) {
-        pv_step step = { .radius = 0 };
+        int32_t wrong = plane->copies ? cvd->stray + plane->cell + plane->cell / 2 : cvd->exact;
+        pv_step step = { .deep = wrong >> 8 };
         result = backend->step(context, engine, i, i * share, (i + 1) * share, &step);
         cvd->exact = pv_margin_after(plane, cvd->exact, step.radius);
         cvd->far = step.radius > cvd->far ? step.radius : cvd->far;
@@ -219,10 +220,23 @@ static pave_result allocate(pave_context *context, pv_seeds *seeds, pave_cvd *cv
 /* From which depth on labels are exact. */
 static void measure(const pv_plane *plane, pave_cvd *cvd)
 {
-    cvd->radius = pv_region_radius(cvd, (pv_rect){ cvd->place.x, cvd->place.y, cvd->width, cvd->height });
+    int32_t deep = plane->copies ? 0 : cvd->exact >> 8;
+    int32_t left = plane->open & PV_LEFT ? deep : 0, top = plane->open & PV_TOP ? deep : 0;
+    int32_t right = plane->open & PV_RIGHT ? deep : 0, bottom = plane->open & PV_BOTTOM ? deep : 0;
+    cvd->radius = pv_region_radius(cvd, (pv_rect){ cvd->place.x + left, cvd->place.y + top, cvd->width - left - right,
+                                                   cvd->height - top - bottom });
     int32_t far = cvd->radius + pv_plane_reach(plane);
     cvd->exact += far;
     cvd->far = far > cvd->far ? far : cvd->far;
+}
+
+/* Borders of the region that are not borders of the plane. */
+static int32_t open_borders(pv_rect r, const pave_cvd *cvd)
+{
+    const pv_place *p = &cvd->place;
+    return (r.x > 0 || cvd->repeats ? PV_LEFT : 0) | (r.y > 0 || cvd->repeats ? PV_TOP : 0) |
+           (r.x + r.width < p->width || cvd->repeats ? PV_RIGHT : 0) |
+           (r.y + r.height < p->height || cvd->repeats ? PV_BOTTOM : 0);
 }
 
 pave_result pv_region_make(pave_context *context, const pave_field *field, pv_rect region, int copies, pave_cvd *cvd)
@@ -249,6 +263,7 @@ pave_result pv_region_make(pave_context *context, const pave_field *field, pv_re
     plane.home = seeds.homes;
     plane.sites = seeds.count;
     plane.copies = copies;
+    plane.open = open_borders(region, cvd);
     if (!result && seeds.count)
         result = run(context, &plane, cvd);
     if (!result && seeds.count) {

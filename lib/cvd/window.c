@@ -1,14 +1,17 @@
 /* Windows: how far a step carries something, and the region that a window needs.
  *
- * Let all sites deeper than `margin` inside the region be what they are in the whole plane, and no pixel be farther
- * than `radius` from its site. A pixel's label depends on the sites within `radius` of it, so labels are right from
- * margin + radius on. A site's cell lies within `radius` of it: were a pixel farther off its own, the way there would
- * cross pixels whose sites are nearer. So sites that lie deeper than margin + 2 radius move as they do in the whole.
+ * Let all sites deeper than `margin` inside the region be what they are in the whole plane, and no pixel as deep be
+ * farther than `radius` from its site; nearer to the border, where sites are missing, it may be. A pixel's label
+ * depends on the sites within `radius` of it, so labels are right from margin + radius on. A site's cell lies within
+ * `radius` of it: were a pixel farther off its own, the way there would cross pixels whose sites are nearer. So sites
+ * that lie deeper than margin + 2 radius move as they do in the whole.
  * After the move, those deeper by another `radius` and the push (or by a lattice cell, if they were drawn again) are
  * known to have been among them: a site cannot have got there from farther out, for then it would own a right pixel
  * farther than `radius` away. Where a relaxation takes sites past their centroid or keeps them short of it, they end
  * no farther than a lattice cell from it, so that the cell is added: its centroid is still that deep. */
 #include "cvd/cvd.h"
+
+#include <math.h>
 
 enum { ROUNDING = 512 };
 
@@ -20,12 +23,13 @@ int32_t pv_margin_after(const pv_plane *plane, int32_t margin, int32_t radius)
     return after < INT32_MAX / 2 ? (int32_t)after : INT32_MAX / 2;
 }
 
-/* As measured: no pixel is farther from a box than 5 half sides in the first step, and 3 later. */
+/* As measured: in step i no pixel is farther from a box than 1.6 + 2.4 / (1 + i) half sides. */
 int32_t pv_margin_guess(const pave_cvd_params *params)
 {
-    double reach = params->cap * params->scale_max, each = 3 * (2.9 + reach) + params->push_to + 0.5;
-    each += params->relaxation != 1 ? 2 : 0;
-    double guess = params->half_side * (10 + params->iterations * each) + params->iterations * 2;
+    double reach = params->cap * sqrt(params->scale_max * params->scale_max + 1), sum = 2 * reach + 6;
+    for (int32_t i = 0; i < params->iterations; i++)
+        sum += 3 * (reach + 1.6 + 2.4 / (1 + i)) + params->push_to + 0.5 + (params->relaxation != 1 ? 2 : 0);
+    double guess = params->half_side * sum + params->iterations * 2;
     return guess < 1 << 20 ? (int32_t)guess : 1 << 20;
 }
 

@@ -1,7 +1,6 @@
 /* Pixels between what images hold and what files hold. */
 #include "io/convert.h"
 
-
 #include <math.h>
 #include <string.h>
 

@@ -4,7 +4,7 @@
 # usage: sh tests/bench/run.sh [--quick] [--long] [--json FILE] [--build DIR]
 #
 # Installs what is missing (Debian 12; d3-delaunay through npm, if that works), builds a release, prints a table in
-# Markdown. --quick: small cases, with what is installed, in seconds; --long: 64 Mpx, too; --build: measure this build.
+# Markdown. --quick: small cases, with what is installed, in seconds; --long: memory of 64 Mpx, too; --build: measure this build.
 set -eu
 root=$(cd "$(dirname "$0")/../.." && pwd)
 here=$root/tests/bench

@@ -98,7 +98,7 @@ static inline outcome solve(pave_context *context, const pv_backend *backend, co
     o.sites = malloc((size_t)plane->sites * sizeof *o.sites);
     assert_int_equal(backend->open(context, plane, &engine, o.name), PAVE_OK);
     for (int32_t i = 0; i < iterations; i++) {
-        pv_step step;
+        pv_step step = { .deep = 0 };
         assert_int_equal(backend->step(context, engine, i, 0, 0, &step), PAVE_OK);
         o.empty += (i + 1) * step.empty;
         o.moved += (i + 1) * step.moved;

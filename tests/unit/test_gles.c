@@ -183,7 +183,7 @@ static void the_device_does_the_work(void **state)
         problem p = pose(640, 480, h[k], SPREAD, 0, 0);
         void *engine = NULL;
         char name[128];
-        pv_step step;
+        pv_step step = { .deep = 0 };
         assert_int_equal(pv_gles_backend.open(context, &p.plane, &engine, name), PAVE_OK);
         for (int32_t i = 0; i < 5; i++)
             assert_int_equal(pv_gles_backend.step(context, engine, i, 0, 0, &step), PAVE_OK);
@@ -223,7 +223,7 @@ static void can_be_cancelled(void **state)
     for (pave_result result = PAVE_ERR_CANCELLED; result; w.stop_at += 7) {
         void *engine = NULL;
         char name[128];
-        pv_step step;
+        pv_step step = { .deep = 0 };
         w.calls = w.stop_at ? 0 : -1;
         assert_int_equal(pv_gles_backend.open(watched, &p.plane, &engine, name), PAVE_OK);
         if (!w.stop_at)

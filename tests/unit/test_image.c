@@ -1,9 +1,12 @@
 /* image: storage, limits, threshold. */
 #include "test.h"
 
+#include "image/bitmap.h"
 #include "image/image.h"
 
+#include <fcntl.h>
 #include <math.h>
+#include <unistd.h>
 
 static pave_image *image_of(pave_context *context, int32_t channels, int32_t type, int32_t encoding, int32_t alpha,
                             const void *pixels, int32_t width)
@@ -127,6 +130,55 @@ static void channels_have_names(void **state)
     pave_image_free(&image);
 }
 
+/* A drawing's bits in a file are those in memory, however they were stored; what cannot be kept is one sentence. */
+static void bitmaps_in_files_are_those_in_memory(void **state)
+{
+    enum { WIDTH = 301, HEIGHT = 203, ROWS = 16 };
+    pave_context *context = *state;
+    pave_image *drawing = draw_shapes(context, WIDTH, HEIGHT), *a, *b;
+    pv_bitmap memory, file, small;
+    uint64_t hash[2];
+    FILE *temporary = tmpfile();
+    assert_ok(pv_bitmap_create(context, WIDTH, HEIGHT, 1, &memory));
+    pv_bitmap_store(&memory, 0, 0, drawing);
+    assert_ok(pv_bitmap_create_in(context, WIDTH, HEIGHT, 1, dup(fileno(temporary)), &file));
+    fclose(temporary);
+    for (int32_t y = 0; y < HEIGHT; y += ROWS) {
+        int32_t rows = HEIGHT - y < ROWS ? HEIGHT - y : ROWS;
+        pv_bitmap band;
+        assert_ok(pv_bitmap_create(context, WIDTH, rows, 1, &band));
+        for (int32_t x = 0, columns; x < WIDTH; x += columns) {
+            columns = WIDTH - x < 61 ? WIDTH - x : 61;
+            assert_ok(pv_bitmap_cut(context, &memory, x, y, columns, rows, &a));
+            pv_bitmap_store(&band, x, 0, a);
+            pave_image_free(&a);
+        }
+        assert_ok(pv_bitmap_put(context, &file, y, &band));
+        pv_bitmap_free(&band);
+    }
+    assert_ok(pv_bitmap_hash(context, &memory, &hash[0]));
+    assert_ok(pv_bitmap_hash(context, &file, &hash[1]));
+    assert_true(hash[0] == hash[1]);
+    static const int32_t cuts[][4] = { { 0, 0, WIDTH, HEIGHT }, { 7, 5, 1, 1 }, { 300, 202, 1, 1 }, { 13, 50, 90, 77 } };
+    for (int i = 0; i < 4; i++) {
+        const int32_t *c = cuts[i];
+        assert_ok(pv_bitmap_cut(context, &memory, c[0], c[1], c[2], c[3], &a));
+        assert_ok(pv_bitmap_cut(context, &file, c[0], c[1], c[2], c[3], &b));
+        assert_memory_equal(a->pixels, b->pixels, (size_t)c[2] * (size_t)c[3]);
+        assert_memory_equal(&a->place, &b->place, sizeof a->place);
+        pave_image_free(&a);
+        pave_image_free(&b);
+    }
+    pv_bitmap_free(&file);
+    int full = open("/dev/full", O_RDWR);
+    assert_int_equal(pv_bitmap_create_in(context, WIDTH, HEIGHT, 1, full, &small), PAVE_ERR_IO);
+    assert_int_equal(pv_bitmap_put(context, &small, 0, &memory), PAVE_ERR_IO);
+    assert_non_null(strstr(pave_context_message(context), "No space left"));
+    pv_bitmap_free(&small);
+    pv_bitmap_free(&memory);
+    pave_image_free(&drawing);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -136,6 +188,7 @@ int main(void)
         cmocka_unit_test(threshold_and_invert_are_parameters),
         cmocka_unit_test(impossible_images_are_refused),
         cmocka_unit_test(channels_have_names),
+        cmocka_unit_test(bitmaps_in_files_are_those_in_memory),
     };
     return cmocka_run_group_tests(tests, open_context, close_context);
 }

@@ -3,6 +3,7 @@
 
 #include "base/context.h"
 #include "io/convert.h"
+#include "io/drawing.h"
 #include "io/output.h"
 #include "stones/stones.h"
 #include "util/half.h"
@@ -427,6 +428,54 @@ static void hostile_files(void **state)
     assert_int_equal(printed, 0);
 }
 
+static uint64_t hash_of_image(const char *path)
+{
+    uint64_t hash = 0;
+    pave_image *image = must_read(path), *drawing = NULL;
+    pv_bitmap bitmap;
+    assert_int_equal(pave_image_threshold(context, image, NULL, &drawing), PAVE_OK);
+    assert_int_equal(pv_bitmap_create(context, drawing->width, drawing->height, 1, &bitmap), PAVE_OK);
+    pv_bitmap_store(&bitmap, 0, 0, drawing);
+    assert_int_equal(pv_bitmap_hash(context, &bitmap, &hash), PAVE_OK);
+    pv_bitmap_free(&bitmap);
+    pave_image_free(&drawing);
+    pave_image_free(&image);
+    return hash;
+}
+
+/* Every sample that can be read, part by part as a drawing and at once as an image, in memory and in a file. */
+static void drawings_are_their_images(void **state)
+{
+    (void)state;
+    int same = 0;
+    DIR *dir = opendir(PAVE_TEST_DATA);
+    assert_non_null(dir);
+    for (struct dirent *entry; (entry = readdir(dir));) {
+        const pave_threshold_params threshold = PAVE_THRESHOLD_PARAMS_INIT;
+        pv_room room = { 1 << 30, in_folder("drawing") };
+        pv_bitmap bitmap;
+        uint64_t hash = 0, again = 0;
+        if (pv_drawing_read(context, sample(entry->d_name), &threshold, NULL, &room, &bitmap))
+            continue; /* refused, or lying on its side */
+        assert_non_null(bitmap.bits);
+        assert_int_equal(pv_bitmap_hash(context, &bitmap, &hash), PAVE_OK);
+        room.bytes = bitmap.stride * bitmap.height * 7;
+        pv_bitmap_free(&bitmap);
+        assert_true(hash == hash_of_image(sample(entry->d_name)));
+        same++;
+        pave_result result = pv_drawing_read(context, sample(entry->d_name), &threshold, NULL, &room, &bitmap);
+        assert_true(result == PAVE_OK || result == PAVE_ERR_LIMIT); /* what is decoded at once does not fit */
+        if (result)
+            continue;
+        assert_null(bitmap.bits);
+        assert_int_equal(pv_bitmap_hash(context, &bitmap, &again), PAVE_OK);
+        assert_true(hash == again);
+        pv_bitmap_free(&bitmap);
+    }
+    closedir(dir);
+    assert_true(same > 15);
+}
+
 /* Every sample cut short at many places and with flipped bytes: no crash, no word, a documented result. */
 static void damaged_samples(void **state)
 {
@@ -456,6 +505,11 @@ static void damaged_samples(void **state)
                 snprintf(bad, sizeof bad, "%s, trial %u: %d %.1500s", entry->d_name, trial, result,
                          pave_context_message(context));
             pave_image_free(&image);
+            pv_bitmap bitmap;
+            pv_room room = { 1 << 20, in_folder("drawing") };
+            const pave_threshold_params threshold = PAVE_THRESHOLD_PARAMS_INIT;
+            if (!pv_drawing_read(context, in_folder("damaged"), &threshold, NULL, &room, &bitmap))
+                pv_bitmap_free(&bitmap);
         }
     }
     closedir(dir);
@@ -888,6 +942,7 @@ int main(void)
         cmocka_unit_test(clear_sentences),
         cmocka_unit_test(keeps_limits),
         cmocka_unit_test(hostile_files),
+        cmocka_unit_test(drawings_are_their_images),
         cmocka_unit_test(damaged_samples),
         cmocka_unit_test(survives_lack_of_memory),
         cmocka_unit_test(writes_svg),

@@ -45,7 +45,7 @@ static pave_context *make_context(int32_t threads)
 static outcome run(const pv_backend *backend, const pv_plane *plane, int32_t threads)
 {
     pave_context *context = make_context(threads);
-    outcome o = { .labels = malloc(sizeof *o.labels * (size_t)plane->width * (size_t)plane->height),
+    outcome o = { .step = { { .deep = 0 } }, .labels = malloc(sizeof *o.labels * (size_t)plane->width * (size_t)plane->height),
                   .sites = malloc(sizeof *o.sites * (size_t)plane->sites) };
     void *engine;
     char name[128];

@@ -212,7 +212,7 @@ static void can_be_cancelled(void **state)
     for (int k = 0; k < ENGINES; k++) {
         void *engine = NULL;
         char name[128];
-        pv_step step;
+        pv_step step = { .deep = 0 };
         assert_int_equal(engines[k]->open(context, &p.plane, &engine, name), PAVE_OK);
         pave_context_cancel(context);
         assert_int_equal(engines[k]->step(context, engine, 0, 0, 1, &step), PAVE_ERR_CANCELLED);
