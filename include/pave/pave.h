@@ -12,6 +12,7 @@
 #include <pave/mosaic.h>
 #include <pave/tiling.h>
 #include <pave/solid.h>
+#include <pave/btf.h>
 #include <pave/io.h>
 
 #ifdef __cplusplus
