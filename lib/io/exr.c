@@ -100,6 +100,22 @@ pave_result pv_exr_decode(pv_exr_call *call, int part, const exr_chunk_info_t *c
     return code || !*out ? pv_exr_failure(call, code ? code : EXR_ERR_CORRUPT_CHUNK) : PAVE_OK;
 }
 
+/* A chunk that came out no shorter is kept bare: readers take one of that length for bare, and OpenEXR 3.1 writes one
+ * of just that length packed. */
+static exr_result_t keep_if_no_shorter(exr_encode_pipeline_t *pipeline)
+{
+    if (pipeline->compressed_buffer != pipeline->packed_buffer && pipeline->compressed_bytes == pipeline->packed_bytes)
+        memcpy(pipeline->compressed_buffer, pipeline->packed_buffer, pipeline->packed_bytes);
+    return EXR_ERR_SUCCESS;
+}
+
+exr_result_t pv_exr_encode(const pv_exr_call *call, int part, int first, exr_encode_pipeline_t *pipeline)
+{
+    exr_result_t code = first ? exr_encoding_choose_default_routines(call->exr, part, pipeline) : EXR_ERR_SUCCESS;
+    pipeline->yield_until_ready_fn = keep_if_no_shorter;
+    return code ? code : exr_encoding_run(call->exr, part, pipeline);
+}
+
 void pv_exr_version(char *text, size_t capacity)
 {
     int major, minor, patch;

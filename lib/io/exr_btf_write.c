@@ -124,9 +124,7 @@ static exr_result_t put_chunk(const part *p, int32_t y, exr_encode_pipeline_t *p
         return code;
     make_band(p, y);
     bind(p, pipeline);
-    if (first)
-        code = exr_encoding_choose_default_routines(exr, p->view, pipeline);
-    return code ? code : exr_encoding_run(exr, p->view, pipeline);
+    return pv_exr_encode(p->call, p->view, first, pipeline);
 }
 
 static pave_result put_part(part *p)

@@ -28,5 +28,8 @@ exr_result_t pv_exr_start(pv_exr_call *call);
 pave_result pv_exr_decode(pv_exr_call *call, int part, const exr_chunk_info_t *chunk, exr_decode_pipeline_t *pipeline,
                           const uint8_t **out);
 
+/* Packs and writes a chunk; `first` for the first of a part. */
+exr_result_t pv_exr_encode(const pv_exr_call *call, int part, int first, exr_encode_pipeline_t *pipeline);
+
 /* The sentence for a failure of OpenEXR's. */
 pave_result pv_exr_failure(pv_exr_call *call, exr_result_t code);

@@ -59,9 +59,7 @@ static exr_result_t write_chunk(pv_exr_call *call, const pave_image *image, size
     if (code)
         return code;
     bind_channels(image, bytes, band, pipeline);
-    if (first)
-        code = exr_encoding_choose_default_routines(call->exr, 0, pipeline);
-    return code ? code : exr_encoding_run(call->exr, 0, pipeline);
+    return pv_exr_encode(call, 0, first, pipeline);
 }
 
 static pave_result write_pixels(pv_exr_call *call, const pave_image *image, pv_pixels pixels)
