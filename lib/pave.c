@@ -4,6 +4,8 @@
 #include "cvd/cvd.h"
 #include "field/field.h"
 #include "image/bitmap.h"
+#include "mosaic/mosaic.h"
+#include "solid/solid.h"
 #include "stones/stones.h"
 #include "tiling/tiling.h"
 
@@ -34,7 +36,9 @@ static const pv_table *find_table(int32_t table)
     case PAVE_PARAMS_STREAM: return &pv_stream_table;
     case PAVE_PARAMS_PALETTE: return &pv_palette_table;
     case PAVE_PARAMS_MEASURE: return &pv_measure_table;
+    case PAVE_PARAMS_MOSAIC: return &pv_mosaic_table;
     case PAVE_PARAMS_TILING: return &pv_tiling_table;
+    case PAVE_PARAMS_SOLID: return &pv_solid_table;
     case PAVE_PARAMS_BTF_SYNTHESIS: return &pv_btf_synthesis_table;
     case PAVE_PARAMS_BTF_COMPRESS: return &pv_btf_compress_table;
     case PAVE_PARAMS_BTF_VIEW: return &pv_btf_view_table;

@@ -6,6 +6,7 @@
 #include <pave/btf.h>
 #include <pave/stones.h>
 #include <pave/tiling.h>
+#include <pave/solid.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -55,6 +56,30 @@ PAVE_API pave_result pave_tiling_write(pave_context *context, const pave_tiling 
 
 /* The format that pave_stones_write would choose for a path; NULL if there is none. Never fails. Any thread. */
 PAVE_API const char *pave_stones_format(const char *path);
+
+/* Reads a mesh: .obj, .ply (text and binary) or .stl (text and binary). Polygons become fans of triangles. */
+PAVE_API pave_result pave_mesh_read(pave_context *context, const char *path, pave_mesh **out);
+
+/* Writes a mesh as binary PLY whose vertices have the colour of the volume there. */
+PAVE_API pave_result pave_surface_write(pave_context *context, const pave_mesh *mesh, const pave_volume *volume,
+                                        const char *path);
+
+/* Writes a volume as
+ *   "nrrd"       NRRD with raw values, with spacing and origin; ".nrrd"
+ *   "nrrd-gzip"  the same, compressed; ".nrrd.gz" (the file is an NRRD, not a gzip file)
+ *   "vti"        VTK image data with one raw appended array "stone"; ".vti"
+ *   "raw"        bare values, and beside them NAME.nhdr, a header that NRRD readers open; ".raw"
+ *   "tiff"       a stack of pages NAME-0000.tif, NAME-0001.tif ... along z; ".tif", ".tiff"
+ * NULL chooses by the ending. */
+PAVE_API pave_result pave_volume_write(pave_context *context, const pave_volume *volume, const char *path,
+                                       const char *format);
+
+/* Reads what pave_volume_write writes, and any NRRD of bytes, 16 bit whole numbers or floats, of three axes or four
+ * with channels first. Voxels are PAVE_VOXEL_MEASURED; where a float is not finite, PAVE_VOXEL_FREE. */
+PAVE_API pave_result pave_volume_read(pave_context *context, const char *path, pave_volume **out);
+
+/* The format that pave_volume_write would choose for a path; NULL if there is none. Never fails. Any thread. */
+PAVE_API const char *pave_volume_format(const char *path);
 
 /* What whole-number pictures of a BTF hold: display values by the curve of sRGB, or by a power of 2.2. */
 enum { PAVE_BTF_GAMMA_SRGB = 0, PAVE_BTF_GAMMA_22 = 1 };

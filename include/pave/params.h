@@ -25,8 +25,10 @@ enum {
     PAVE_PARAMS_BTF_FILE = 23,      /* pave_btf_file_params */
     PAVE_PARAMS_BTF_TEXELS = 24,    /* pave_btf_texels_params */
     PAVE_PARAMS_BTF_SHEET = 25,     /* pave_btf_sheet_params */
+    PAVE_PARAMS_SOLID = 13,    /* pave_solid_params */
     PAVE_PARAMS_PALETTE = 30,  /* pave_palette_params */
-    PAVE_PARAMS_MEASURE = 31   /* pave_stones_measure_params */
+    PAVE_PARAMS_MEASURE = 31,  /* pave_stones_measure_params */
+    PAVE_PARAMS_MOSAIC = 40    /* pave_mosaic_params */
 };
 
 /* How a field is stored. */

@@ -13,7 +13,10 @@ typedef struct pave_stones pave_stones;
 
 enum {
     PAVE_MODE_PAPER = 0, /* the text to the letter */
-    PAVE_MODE_BEST = 1   /* the same spirit without its flaws: stones that could be laid */
+    PAVE_MODE_BEST = 1   /* the same spirit without its flaws: cells split by colour, one contour for both colours,
+                            vertices made flat by min-cost assignment, each stone inscribed in its own cell, so that
+                            no two overlap. Not for periodic planes; a window needs far more around it than in the
+                            paper's mode, about 1000 px at h = 4 */
 };
 
 /* Joints of best mode. */
@@ -52,7 +55,7 @@ typedef struct pave_stones_params {
 } pave_stones_params;
 
 #define PAVE_STONES_PARAMS_INIT \
-    { sizeof(pave_stones_params), PAVE_MODE_BEST, 1.0, 120.0, 5, 120.0, 0.5, PAVE_JOINT_EVEN, PAVE_THIN_KEEP, \
+    { sizeof(pave_stones_params), PAVE_MODE_PAPER, 1.0, 120.0, 5, 120.0, 0.5, PAVE_JOINT_EVEN, PAVE_THIN_KEEP, \
       PAVE_BORDER_WRAPPED }
 
 PAVE_API void pave_stones_params_init(pave_stones_params *params, size_t size);
@@ -86,8 +89,8 @@ PAVE_API const uint8_t *pave_stones_colours(const pave_stones *stones);
 /* The palette of the stones; its count is 0 where they are black and white. */
 PAVE_API const pave_palette *pave_stones_palette(const pave_stones *stones);
 
-/* Colour of each stone as r, g, b, display values, for stones that have colours of their own, as from an SVG file;
- * NULL for those that were laid. */
+/* Colour of each stone as r, g, b, display values, for stones that have colours of their own, as tiles of a mosaic and
+ * those from an SVG file; NULL for others. */
 PAVE_API const uint8_t *pave_stones_rgb(const pave_stones *stones);
 
 /* Site of each stone: its number in the whole plane. Ascending; polygons of the same number are parts of one stone that

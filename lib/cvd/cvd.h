@@ -46,6 +46,9 @@ struct pave_cvd {
 pave_result pv_cvd_create(pave_context *context, const pave_field *field, const pave_cvd_params *given,
                           int32_t *needed, pave_cvd **out);
 
+/* Moves the plane's sites as often as the diagram's parameters say and labels its pixels, on the context's backend. */
+pave_result pv_cvd_run(pave_context *context, const pv_plane *plane, pave_cvd *cvd);
+
 /* First sites of a region, in its own coordinates. The arrays are the caller's to release, also on failure. */
 typedef struct pv_seeds {
     pave_site *sites;

@@ -126,7 +126,7 @@ static pave_result run_on(pave_context *context, const pv_backend *backend, cons
 }
 
 /* A device that fails is no reason to fail, unless the caller named it: the CPU gives the same bytes. */
-static pave_result run(pave_context *context, const pv_plane *plane, pave_cvd *cvd)
+pave_result pv_cvd_run(pave_context *context, const pv_plane *plane, pave_cvd *cvd)
 {
     const pv_backend *backend = pv_backend_choose(context, plane, cvd->params.iterations);
     if (!backend)
@@ -265,7 +265,7 @@ pave_result pv_region_make(pave_context *context, const pave_field *field, pv_re
     plane.copies = copies;
     plane.open = open_borders(region, cvd);
     if (!result && seeds.count)
-        result = run(context, &plane, cvd);
+        result = pv_cvd_run(context, &plane, cvd);
     if (!result && seeds.count) {
         place_sites(&plane, cvd);
         if (pv_rect_room(cvd->window, region, cvd) < INT32_MAX)

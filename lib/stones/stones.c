@@ -157,6 +157,8 @@ static pave_result check_inputs(pave_context *context, const pave_image *drawing
     if (!covers(&drawing->place, drawing->width, drawing->height, cvd) ||
         !covers(&field->place, field->width, field->height, cvd))
         return pv_fail(context, PAVE_ERR_ARGUMENT, "drawing, field and diagram are not of one size");
+    if (params->mode == PAVE_MODE_BEST && cvd->repeats)
+        return pv_fail(context, PAVE_ERR_UNSUPPORTED, "best mode does not lay periodic planes: take --mode paper");
     if (params->mode == PAVE_MODE_PAPER && cvd->scale > 1)
         return pv_fail(context, PAVE_ERR_ARGUMENT, "the paper's mode takes a diagram on the drawing's own pixels: its "
                        "supersample is %d", (int)cvd->scale);
@@ -233,6 +235,7 @@ void pave_stones_free(pave_stones **stones)
     pv_release((*stones)->colours);
     pv_release((*stones)->sites);
     pv_release((*stones)->rgb);
+    pv_release((*stones)->mosaic);
     pv_release(*stones);
     *stones = NULL;
 }

@@ -25,12 +25,12 @@ judge checker 0.985 0.0010 120
 judge text 0.98 0.0110 850
 
 best() { # best NAME QUADS MISMATCH STRADDLERS (of 16384): without joints and with
-  "$pave" lay "$drawings/$1.png" --half-side 4 --grout 0 --quiet -o "$work/$1.svg"
+  "$pave" lay "$drawings/$1.png" --mode best --half-side 4 --grout 0 --quiet -o "$work/$1.svg"
   /usr/bin/python3 "$PAVE_SHARED/check/check_stones.py" "$drawings/$1.png" "$work/$1.svg" --min-quads "$2" --max-mismatch "$3" \
     --max-straddlers "$(awk "BEGIN {print $4 / 16384}")" --max-overlap 0 --max-invalid 0 --max-clockwise 0 \
     >"$work/said" || failed=1
   echo "$1, best mode: $(tail -n 1 "$work/said")"
-  "$pave" lay "$drawings/$1.png" --half-side 4 --grout 1 --quiet -o "$work/$1.svg"
+  "$pave" lay "$drawings/$1.png" --mode best --half-side 4 --grout 1 --quiet -o "$work/$1.svg"
   /usr/bin/python3 "$PAVE_SHARED/check/check_stones.py" "$drawings/$1.png" "$work/$1.svg" --max-overlap 0 --max-invalid 0 \
     --max-clockwise 0 >"$work/said" || failed=1
   echo "$1, best mode with joints: $(tail -n 1 "$work/said")"
