@@ -114,7 +114,7 @@ static void columns(const preview *job, int32_t stone, int32_t *left, int32_t *r
 static pv_colour colour_of(const pave_stones *stones, int32_t stone)
 {
     const uint8_t *rgb = stones->rgb ? stones->rgb + 3 * (int64_t)stone : NULL;
-    return rgb ? (pv_colour){ rgb[0], rgb[1], rgb[2] } : pv_stone_colour(stones->colours[stone]);
+    return rgb ? (pv_colour){ rgb[0], rgb[1], rgb[2] } : pv_laid_colour(stones, stones->colours[stone]);
 }
 
 static void add_stone(const preview *job, float *sums, float *plane, int32_t band, int32_t stone)

@@ -183,6 +183,11 @@ static int32_t level_of(const pv_grid *grid, const int32_t *level, uint32_t voxe
                     most = level[here + su + sv];
             }
     }
+    for (int i = 0; i < 6 && pv_grid_lags(grid) > 1; i++) { /* steps between voxels that far apart count, too */
+        int64_t other = pv_grid_towards(grid, at, i, PV_FAR);
+        if (other >= 0 && level[other] > most)
+            most = level[other];
+    }
     return most + 1;
 }
 

@@ -316,7 +316,8 @@ static void count_steps(const choice *c, int class, int by)
 {
     static const int32_t lag[PV_LAGS] = { 1, PV_FAR };
     const pv_grid *grid = c->s->grid;
-    for (int l = 0; l < pv_grid_lags(grid); l++)
+    /* The paper's mode holds no steps, and what it does together lies apart by its window only. */
+    for (int l = 0; l < pv_grid_lags(grid) && !c->s->paper; l++)
         for (int i = 0; i < 6; i++) {
             int64_t other = pv_grid_towards(grid, c->at, i, lag[l]);
             if (is_there(grid, other) && other != c->voxel)
