@@ -1,5 +1,5 @@
 /* Digital stones: same bytes on any number of threads, measurements kept, meshes filled, files read back, bad input. */
-#include "test.h"
+#include "failing.h"
 
 #include "solid/bank.h"
 #include "solid/grow.h"
@@ -600,35 +600,12 @@ static void a_stone_can_be_cancelled(void **state)
     pave_context_free(&context);
 }
 
-typedef struct failing {
-    int64_t calls, fail_at, blocks;
-} failing;
-
-static void *failing_alloc(void *user, size_t size)
-{
-    failing *f = user;
-    if (++f->calls == f->fail_at)
-        return NULL;
-    f->blocks++;
-    return malloc(size);
-}
-
-static void failing_free(void *user, void *memory)
-{
-    ((failing *)user)->blocks--;
-    free(memory);
-}
-
 static void every_allocation_may_fail(void **state)
 {
     (void)state;
-    failing f = { 0, 0, 0 };
-    pave_context_params params = PAVE_CONTEXT_PARAMS_INIT;
+    failing f = { 0 };
+    pave_context_params params = failing_params(&f);
     pave_context *context = NULL;
-    params.alloc = failing_alloc;
-    params.free = failing_free;
-    params.alloc_user = &f;
-    params.threads = 1;
     assert_ok(pave_context_create(&params, &context));
     pave_image *sample = make_sample(context, 1, PAVE_U8);
     pave_solid_params p = small(PAVE_SOLID_BEST);
