@@ -1,8 +1,7 @@
 #!/bin/sh
 # examples/cluster/slurm.sh for real, on one machine: munged, slurmctld and slurmd started here, on loopback, in a folder
 # of their own; a third of the shards is cancelled while it runs, and the same command submitted again; the merge gives
-# the bytes of the whole. Then examples/cluster/parallel.sh. Needs Debian's slurmctld, slurmd, slurm-client, munge and
-# parallel, which tests/run.sh does not install.
+# the bytes of the whole. Then examples/cluster/parallel.sh.
 set -eu
 root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
 export PATH="$build/bin:/usr/sbin:$PATH"
