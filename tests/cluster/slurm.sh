@@ -85,7 +85,7 @@ status=1 failing=
 cp "$root/examples/drawings/copacabana.png" drawing.png
 options="--half-side 2 --iterations 3"
 pave lay drawing.png $options --quiet -o whole.svg
-submit() { sh "$root/examples/cluster/slurm.sh" "$work/drawing.png" "$work/laid.svg" $options --memory 168M; }
+submit() { sh "$root/examples/cluster/slurm.sh" "$work/drawing.png" "$work/laid.svg" $options --memory 170M; }
 idle() { [ -z "$(squeue -h)" ]; }
 
 submit
@@ -108,6 +108,6 @@ wait_for 300 idle
 cmp whole.svg laid.svg
 echo "submitted again: the bytes of the whole"
 
-sh "$root/examples/cluster/parallel.sh" "$work/drawing.png" "$work/parallel.svg" $options --memory 168M
+sh "$root/examples/cluster/parallel.sh" "$work/drawing.png" "$work/parallel.svg" $options --memory 170M
 cmp whole.svg parallel.svg
 echo "GNU parallel: the bytes of the whole"

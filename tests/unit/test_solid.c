@@ -82,8 +82,8 @@ static void threads_do_not_matter(void **state)
             hash[i] = hash_volume(v);
             pave_volume_free(&v);
             p.seed = 2;
-            v = make(c, sample, &p);
-            assert_true(hash_volume(v) != hash[i]);
+            v = i ? NULL : make(c, sample, &p);
+            assert_true(i || hash_volume(v) != hash[i]);
             pave_volume_free(&v);
             pave_image_free(&sample);
             pave_context_free(&c);
