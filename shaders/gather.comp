@@ -90,7 +90,8 @@ void main()
     uint distance = uint(sqrt(float(most)));
     if (exact) {
         atomicAdd(far[min(distance >> 7, 255)], 1);
-        atomicMax(total_radius, distance + plane.reach + 4);
+        if (watched(origin))
+            atomicMax(total_radius, distance + plane.reach + 4);
     } else {
         queue[atomicAdd(queued, 1)] = uint(at);
     }

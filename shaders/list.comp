@@ -63,7 +63,6 @@ void main()
         search_box(square(p, ring), p);
     bound = farthest_corner(sorted_site(nearest), p) + TILE_RADIUS;
     bound += 8.0 + (bound + plane.reach) / 4096.0;
-    atomicMax(total_radius, uint(bound) + plane.reach - 1268);
     search_box(box_within(p, bound + plane.reach), p);
 
     found = lost ? plane.capacity + 1 : found;

@@ -69,7 +69,7 @@ void main()
 
     bool inside = pixel.x < plane.width && pixel.y < plane.height;
     inside = inside && !lost;
-    if (inside)
+    if (inside && watched(origin))
         atomicMax(total_radius, uint(sqrt(float(least)) * 1.001) + plane.reach + 4);
     owner[me] = inside ? label : -1;
     barrier();

@@ -165,8 +165,10 @@ static void offer_wide(const tile *t, int32_t k, uint64_t *least, uint8_t *owner
     }
 }
 
-static void decide(tile *t)
+/* Returns the greatest squared distance of a pixel from its site. */
+static uint64_t decide(tile *t)
 {
+    uint64_t most = 0;
     uint32_t narrow[PIXELS];
     uint64_t wide[PIXELS];
     memset(narrow, 0xff, sizeof narrow);
@@ -178,6 +180,11 @@ static void decide(tile *t)
         else
             offer_wide(t, k, wide, t->owner);
     }
+    for (int32_t i = 0; i < PIXELS; i++) {
+        uint64_t d = t->narrow ? narrow[i] : wide[i];
+        most = d > most ? d : most;
+    }
+    return most;
 }
 
 static void collect(const pv_cpu *cpu, const tile *t, pv_sum *sums, int32_t *labels)
@@ -203,8 +210,10 @@ int32_t pv_label_tile_portable(const pv_cpu *cpu, int32_t x, int32_t y, pv_sum *
     t.cx = 256 * (x + PV_TILE / 2);
     t.cy = 256 * (y + PV_TILE / 2);
     int32_t radius = find_candidates(cpu, &t);
-    if (t.count <= CAPACITY)
-        decide(&t);
+    if (t.count <= CAPACITY) {
+        double most = sqrt((double)decide(&t)), far = most + 1 + slack(cpu, most) + cpu->reach;
+        radius = far < radius ? (int32_t)far : radius;
+    }
     collect(cpu, &t, sums, labels);
     return radius;
 }

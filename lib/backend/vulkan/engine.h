@@ -23,6 +23,7 @@ typedef struct pv_vk_parameters {
     uint32_t noise_key, seed_low, seed_high;
     int32_t iteration, base, count, write, patience;
     int32_t block, columns, rows, excess, margin, grown;
+    uint32_t unwatched;
 } pv_vk_parameters;
 
 typedef struct pv_vk_totals {
@@ -49,7 +50,7 @@ typedef struct pv_vk_engine {
     pv_vk_buffer buffers[PV_VK_BUFFERS];
     pv_vk_parameters plane;
     pv_vk_label *label;
-    int32_t tiles, copies;
+    int32_t tiles, copies, open;
     double site_budget, label_budget; /* cost of a submit, in pixels labelled: what is done in about 10 ms */
     int32_t *labels; /* of a band */
 } pv_vk_engine;
