@@ -20,7 +20,8 @@ typedef struct pv_shift {
 struct pave_cvd {
     pv_place place; /* of the region that was computed: the window and what is needed around it */
     pv_rect window;
-    int32_t width, height; /* of the region */
+    int32_t width, height; /* of the region, which may shrink while sites move */
+    int32_t reserve;       /* how far around the window the region may reach, px */
     int32_t repeats;       /* the plane does, and the region may lie anywhere */
     int32_t site_count;
     int32_t *labels;        /* of the region, as places in sites */
@@ -62,8 +63,11 @@ void pv_seeds_free(pv_seeds *seeds);
  * may not be what they are in the whole plane, 1/256 px: before the first step 0, after each as follows. */
 int32_t pv_margin_after(const pv_plane *plane, int32_t margin, int32_t radius);
 
-/* A first guess of the margin that all iterations will need, px. */
-int32_t pv_margin_guess(const pave_cvd_params *params);
+/* The greatest distance that a site of the plane may have to the corner of its box, 1/256 px. */
+int32_t pv_most_reach(const pave_cvd_params *params);
+
+/* A first guess of the margin that iterations from `step` on will need, px. */
+int32_t pv_margin_guess(const pave_cvd_params *params, int32_t step);
 
 /* The window grown by `margin` px, cut to what lies within `bounds`. */
 pv_rect pv_rect_grown(pv_rect window, int32_t margin, pv_rect bounds);
@@ -76,6 +80,10 @@ int32_t pv_rect_room(pv_rect window, pv_rect region, const pave_cvd *plane);
  * it. */
 pave_result pv_region_make(pave_context *context, const pave_field *field, pv_rect region, int copies, pave_cvd *cvd);
 void pv_region_drop(pave_cvd *cvd);
+pv_rect pv_region_rect(const pave_cvd *cvd); /* the region */
+
+/* A region's borders that are not borders of the plane: PV_LEFT and so on. */
+int32_t pv_region_open(const pave_cvd *cvd, pv_rect region);
 
 /* Describes the region's plane; without edges. */
 void pv_region_plane(const pave_cvd *cvd, pv_plane *plane);
@@ -85,6 +93,10 @@ int32_t pv_region_radius(const pave_cvd *cvd, pv_rect part);
 
 /* Which sites belong to the window. */
 void pv_region_share(const pv_home *homes, pave_cvd *cvd);
+
+/* iterate.c: has an engine move the region's sites and label its pixels; leaves less of the region, with less of
+ * `seeds` and `edge`, if what iterations have taken from it need not be computed. */
+pave_result pv_iterate(pave_context *context, pv_plane *plane, pv_seeds *seeds, uint16_t *edge, pave_cvd *cvd);
 
 /* torus.c: how much of the plane around one period it takes to compute the whole of a plane that repeats, px; and the
  * diagram of the window and `wanted` px around it from that. */
