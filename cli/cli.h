@@ -28,9 +28,10 @@ typedef struct cli_group {
 } cli_group;
 
 /* The params of laying, and their groups. */
-enum { LAY_GROUPS = 7 };
+enum { LAY_GROUPS = 8 };
 typedef struct lay_options {
     pave_threshold_params threshold;
+    pave_palette_params palette;
     pave_field_params field;
     pave_cvd_params cvd;
     pave_stones_params stones;
@@ -45,6 +46,15 @@ void lay_options_init(lay_options *options);
 
 enum { MOST_FILES = 16 };
 
+/* A file, or more, that a verb takes by an option of its own. */
+typedef struct cli_named {
+    const char *usage; /* "guide FILE" */
+    const char *help;
+    int most;
+    const char *value[MOST_FILES];
+    int count;
+} cli_named;
+
 /* A verb's command line, taken apart. */
 typedef struct cli_command {
     const char *verb;
@@ -55,6 +65,8 @@ typedef struct cli_command {
     int inputs;          /* how many it needs; -1: any number but 0 */
     const cli_group *groups;
     int group_count;
+    cli_named *named;
+    int named_count;
     char **input; /* within argv */
     const char *output[MOST_FILES];
     int input_count, output_count;
@@ -89,3 +101,4 @@ int info_main(int argc, char **argv);
 int merge_main(int argc, char **argv);
 int plan_main(int argc, char **argv);
 int measure_main(int argc, char **argv);
+int tile_main(int argc, char **argv);

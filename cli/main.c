@@ -15,6 +15,7 @@ static const verb verbs[] = {
     { "plan", plan_main, "divide a large pavement into windows, for many machines" },
     { "merge", merge_main, "merge windows that were laid one by one into one file" },
     { "measure", measure_main, "judge stones against their drawing" },
+    { "tile", tile_main, "make a larger texture, or one that repeats without a seam, from a small one" },
     { "field", field_main, "write the distance field of a drawing" },
     { "info", info_main, "list backends, devices and versions" },
 };

@@ -13,8 +13,21 @@ static pave_result write_measures(const cli_command *command, pave_context *cont
     return result;
 }
 
+/* In the colours asked for, or in those that the stones were laid in. */
+static pave_result make_drawing(pave_context *context, const pave_image *image, const pave_threshold_params *threshold,
+                                const pave_palette_params *given, const pave_stones *stones, pave_image **out)
+{
+    pave_palette palette = given->palette.count || given->colours ? given->palette : *pave_stones_palette(stones);
+    pave_result result = PAVE_OK;
+    if (!palette.count && !given->colours)
+        return pave_image_threshold(context, image, threshold, out);
+    if (!palette.count)
+        result = pave_palette_find(context, image, given->colours, &palette);
+    return result ? result : pave_image_quantise(context, image, &palette, out);
+}
+
 static int run(const cli_command *command, pave_context *context, const pave_threshold_params *threshold,
-               const pave_stones_measure_params *params)
+               const pave_palette_params *palette, const pave_stones_measure_params *params)
 {
     pave_image *image = NULL, *drawing = NULL;
     pave_stones *stones = NULL;
@@ -27,7 +40,7 @@ static int run(const cli_command *command, pave_context *context, const pave_thr
     int status = exit_code(result, WHILE_READING);
     phase(0.4, 1);
     if (!result)
-        result = pave_image_threshold(context, image, threshold, &drawing);
+        result = make_drawing(context, image, threshold, palette, stones, &drawing);
     if (!result)
         status = exit_code(result = pave_stones_measure(context, drawing, stones, params, &measures), WHILE_WORKING);
     if (!result)
@@ -41,12 +54,14 @@ static int run(const cli_command *command, pave_context *context, const pave_thr
 int measure_main(int argc, char **argv)
 {
     pave_threshold_params threshold = PAVE_THRESHOLD_PARAMS_INIT;
+    pave_palette_params palette = PAVE_PALETTE_PARAMS_INIT;
     pave_stones_measure_params measure = PAVE_STONES_MEASURE_PARAMS_INIT;
     pave_limits limits = PAVE_LIMITS_INIT;
     pave_context_params params = PAVE_CONTEXT_PARAMS_INIT;
     const cli_group groups[] = {
         { "Measures", PAVE_PARAMS_MEASURE, &measure },
         { "Drawing", PAVE_PARAMS_THRESHOLD, &threshold },
+        { "Colours", PAVE_PARAMS_PALETTE, &palette },
         { "Machine", PAVE_PARAMS_CONTEXT, &params },
         { "Limits", PAVE_PARAMS_LIMITS, &limits },
     };
@@ -69,7 +84,7 @@ int measure_main(int argc, char **argv)
     pave_context *context = start(&command, &params);
     if (!context)
         return EXIT_USAGE;
-    status = run(&command, context, &threshold, &measure);
+    status = run(&command, context, &threshold, &palette, &measure);
     finish(&context);
     return status;
 }

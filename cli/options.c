@@ -79,11 +79,13 @@ void lay_options_init(lay_options *o)
     const cli_group groups[LAY_GROUPS] = {
         { "Stones", PAVE_PARAMS_STONES, &o->stones },       { "Diagram", PAVE_PARAMS_CVD, &o->cvd },
         { "Distance field", PAVE_PARAMS_FIELD, &o->field }, { "Drawing", PAVE_PARAMS_THRESHOLD, &o->threshold },
+        { "Colours", PAVE_PARAMS_PALETTE, &o->palette },
         { "Machine", PAVE_PARAMS_CONTEXT, &o->context },    { "Size", PAVE_PARAMS_STREAM, &o->stream },
         { "Limits", PAVE_PARAMS_LIMITS, &o->limits },
     };
     memcpy(o->groups, groups, sizeof groups);
     pave_threshold_params_init(&o->threshold, sizeof o->threshold);
+    pave_palette_params_init(&o->palette, sizeof o->palette);
     pave_field_params_init(&o->field, sizeof o->field);
     pave_cvd_params_init(&o->cvd, sizeof o->cvd);
     pave_stones_params_init(&o->stones, sizeof o->stones);
@@ -92,7 +94,7 @@ void lay_options_init(lay_options *o)
     pave_context_params_init(&o->context, sizeof o->context);
     o->limits.max_pixels = 0;
     o->context.limits = &o->limits;
-    o->lay = (pave_lay_params){ sizeof o->lay, &o->threshold, &o->field, &o->cvd, &o->stones };
+    o->lay = (pave_lay_params){ sizeof o->lay, &o->threshold, &o->field, &o->cvd, &o->stones, &o->palette };
 }
 
 static void print_value(const pave_param *param, double value)
@@ -125,11 +127,14 @@ static void print_option(const pave_param *param)
     option_name(name, param->name);
     const char *value = param->type == PAVE_PARAM_FLAG     ? ""
                         : param->type == PAVE_PARAM_WINDOW ? " X,Y,W,H"
+                        : param->type == PAVE_PARAM_PALETTE ? " LIST"
+                        : param->type == PAVE_PARAM_EXTENT ? " WxH"
                         : param->choices                   ? " NAME"
                                                            : " N";
     snprintf(left, sizeof left, "--%s%s", name, value);
     printf("  %-28s %s", left, param->help);
-    if (param->type != PAVE_PARAM_FLAG && param->type != PAVE_PARAM_WINDOW)
+    if (param->type != PAVE_PARAM_FLAG && param->type != PAVE_PARAM_WINDOW && param->type != PAVE_PARAM_PALETTE &&
+        param->type != PAVE_PARAM_EXTENT)
         print_range(param);
     if (param->choices)
         printf("\n  %-28s %s", "", param->choices);
@@ -147,6 +152,8 @@ static void print_help(const cli_command *command)
         printf("  --manifest FILE              all windows of a plan made by pave plan, instead of PART.stones ...\n");
     if (command->shards)
         printf("  --manifest FILE --shard N    lay one window of a plan made by pave plan, instead of DRAWING\n");
+    for (int i = 0; i < command->named_count; i++)
+        printf("  --%-26s %s\n", command->named[i].usage, command->named[i].help);
     printf("  -q, --quiet                  no progress, no notes\n  -h, --help                   this help\n");
     for (int g = 0; g < command->group_count; g++) {
         printf("\n%s\n", command->groups[g].title);
@@ -197,6 +204,24 @@ static void say(void *user, int32_t level, const char *text)
     complain(user, "%s", text);
 }
 
+/* A palette is a list, or a file that holds one. */
+static int set_palette(const cli_command *command, pave_context *tables, const cli_group *group, const char *name,
+                       const char *value)
+{
+    char text[4096];
+    if (*value == '#')
+        return pave_params_set(tables, group->table, group->params, name, value) ? EXIT_USAGE : EXIT_FINE;
+    FILE *file = fopen(value, "r");
+    size_t n = file ? fread(text, 1, sizeof text, file) : 0;
+    if (file)
+        fclose(file);
+    if (!file || n == sizeof text)
+        return complain(command, "--%s %s is neither colours like #rrggbb nor a short file of them", name, value),
+               EXIT_INPUT;
+    text[n] = 0;
+    return pave_params_set(tables, group->table, group->params, name, text) ? EXIT_INPUT : EXIT_FINE;
+}
+
 /* Sets "--name value" or "--name=value"; *used tells how many words it took. */
 static int set_option(cli_command *command, pave_context *tables, int left, char **words, int *used)
 {
@@ -217,6 +242,8 @@ static int set_option(cli_command *command, pave_context *tables, int left, char
         value = words[1], *used = 2;
     else
         return complain(command, "--%s needs a value", name), EXIT_USAGE;
+    if (param.type == PAVE_PARAM_PALETTE)
+        return set_palette(command, tables, group, name, value);
     return pave_params_set(tables, group->table, group->params, name, value) ? EXIT_USAGE : EXIT_FINE;
 }
 
@@ -228,6 +255,30 @@ static int add_output(cli_command *command, const char *path)
     }
     command->output[command->output_count++] = path;
     return EXIT_FINE;
+}
+
+/* "--name FILE" or "--name=FILE" of the files that a verb takes by name; 0 if it is none of them. */
+static int add_named(cli_command *command, int left, char **words, int *used, int *status)
+{
+    for (int i = 0; i < command->named_count; i++) {
+        cli_named *named = &command->named[i];
+        size_t length = strcspn(named->usage, " ");
+        if (strncmp(words[0], "--", 2) || strncmp(words[0] + 2, named->usage, length))
+            continue;
+        const char *rest = words[0] + 2 + length;
+        if (*rest && *rest != '=')
+            continue;
+        *status = EXIT_USAGE;
+        if (named->count == named->most)
+            complain(command, "--%.*s is given too often", (int)length, named->usage);
+        else if (!*rest && left < 2)
+            complain(command, "--%.*s needs a value", (int)length, named->usage);
+        else
+            named->value[named->count++] = *rest ? rest + 1 : words[1], *status = EXIT_FINE;
+        *used = *rest ? 1 : 2;
+        return 1;
+    }
+    return 0;
 }
 
 static int is_output(const char *word)
@@ -260,6 +311,8 @@ static int read_words(cli_command *command, pave_context *tables, int argc, char
             command->manifest = argv[i + (used = 2) - 1];
         else if (command->shards && i + 1 < argc && !strcmp(argv[i], "--shard"))
             command->shard = argv[i + (used = 2) - 1];
+        else if (add_named(command, argc - i, argv + i, &used, &status))
+            continue;
         else if (argv[i][1] == '-')
             status = set_option(command, tables, argc - i, argv + i, &used);
         else

@@ -4,8 +4,11 @@
 #include "field/field.h"
 #include "image/bitmap.h"
 #include "stones/stones.h"
+#include "tiling/tiling.h"
 
 #include <pave/pave.h>
+
+#include <math.h>
 
 extern const pv_table pv_stream_table; /* stream.c */
 
@@ -27,7 +30,9 @@ static const pv_table *find_table(int32_t table)
     case PAVE_PARAMS_CVD: return &pv_cvd_table;
     case PAVE_PARAMS_STONES: return &pv_stones_table;
     case PAVE_PARAMS_STREAM: return &pv_stream_table;
+    case PAVE_PARAMS_PALETTE: return &pv_palette_table;
     case PAVE_PARAMS_MEASURE: return &pv_measure_table;
+    case PAVE_PARAMS_TILING: return &pv_tiling_table;
     default: return NULL;
     }
 }
@@ -67,6 +72,9 @@ static pave_result make_diagram(pave_context *context, const pave_lay_params *pa
     pave_result result = pv_params_read(context, &pv_cvd_table, params->cvd, &cvd);
     if (!result)
         result = pv_params_read(context, &pv_stones_table, params->stones, &stones);
+    if (!cvd.supersample)
+        cvd.supersample = pv_stones_supersample(&stones);
+    cvd.window_margin = fmax(cvd.window_margin, pv_stones_margin_guess(1, &stones));
     while (!result && !work->cvd) {
         result = pave_cvd_create(context, work->field, &cvd, &work->cvd);
         if (result)
@@ -80,11 +88,34 @@ static pave_result make_diagram(pave_context *context, const pave_lay_params *pa
     return result;
 }
 
+/* In black and white, or in the colours of a palette, which is found first if none is given. */
+static pave_result make_drawing(pave_context *context, const pave_image *image, const pave_lay_params *params,
+                                pave_image **out)
+{
+    pave_palette_params palette;
+    pave_result result = pv_params_read(context, &pv_palette_table, params->palette, &palette);
+    if (!result && !palette.colours && !palette.palette.count)
+        return pave_image_threshold(context, image, params->threshold, out);
+    pv_call call = pv_call_begin(context, "colours", 0, 0.5);
+    if (!result && !palette.palette.count)
+        result = pave_palette_find(context, image, palette.colours, &palette.palette);
+    pv_call_end(context, call);
+    call = pv_call_begin(context, "colours", 0.5, 1);
+    if (!result)
+        result = pave_image_quantise(context, image, &palette.palette, out);
+    pv_call_end(context, call);
+    return result;
+}
+
 /* So that a merge can tell windows of different drawings. */
 static pave_result hash_drawing(pave_context *context, lay_work *work)
 {
     pv_bitmap bitmap;
-    pave_result result = pv_bitmap_create(context, work->drawing->width, work->drawing->height, &bitmap);
+    if (work->drawing->palette.count) {
+        work->stones->drawing = work->drawing->hash;
+        return PAVE_OK;
+    }
+    pave_result result = pv_bitmap_create(context, work->drawing->width, work->drawing->height, 1, &bitmap);
     if (result)
         return result;
     pv_bitmap_store(&bitmap, 0, 0, work->drawing);
@@ -99,7 +130,7 @@ static pave_result run_stages(pave_context *context, const pave_image *image, co
 {
     double start = pv_seconds(), after_field = start, after_cvd = start;
     pv_call call = pv_call_begin(context, "lay", 0, 0.05);
-    pave_result result = pave_image_threshold(context, image, params->threshold, &work->drawing);
+    pave_result result = make_drawing(context, image, params, &work->drawing);
     if (!result)
         result = pave_field_create(context, work->drawing, params->field, &work->field);
     pv_call_end(context, call);

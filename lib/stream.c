@@ -47,11 +47,16 @@ static pave_result read_params(pv_stream *s, const pave_lay_params *given)
     const pave_lay_params *params = given ? given : &none;
     pave_result result = pv_params_read(context, &pv_threshold_table, params->threshold, &s->plan.threshold);
     if (!result)
+        result = pv_params_read(context, &pv_palette_table, params->palette, &s->plan.palette);
+    if (!result)
         result = pv_params_read(context, &pv_field_table, params->field, &s->plan.field);
     if (!result)
         result = pv_params_read(context, &pv_cvd_table, params->cvd, &s->plan.cvd);
     if (!result)
         result = pv_params_read(context, &pv_stones_table, params->stones, &s->plan.stones);
+    if (!s->plan.cvd.supersample)
+        s->plan.cvd.supersample = pv_stones_supersample(&s->plan.stones);
+    s->plan.cvd.window_margin = fmax(s->plan.cvd.window_margin, pv_stones_margin_guess(1, &s->plan.stones));
     if (!result && s->plan.cvd.until_still > 0)
         result = pv_fail(context, PAVE_ERR_ARGUMENT,
                          "until_still looks at all sites of a plane: it is not for what is laid window by window");
@@ -111,7 +116,7 @@ static int is_done(const pv_stream *s, const char *path, const pv_rect *w)
     if (s->plan.cvd.stones) /* follows from it */
         head.cvd.half_side = s->plan.cvd.half_side;
     const pv_manifest *plan = &s->plan;
-    pv_making making = { plan->hash, &plan->threshold, &plan->field, &plan->cvd, &plan->stones };
+    pv_making making = { plan->hash, &plan->threshold, &plan->palette, &plan->field, &plan->cvd, &plan->stones };
     return head.x == w->x && head.y == w->y && head.width == w->width && head.height == w->height &&
            pv_stones_file_same(&head, &making);
 }
@@ -139,7 +144,8 @@ static pave_result lay_region(pv_stream *s, pv_rect window, int32_t *margin, pav
     int32_t needed = 0;
     pave_cvd_params params = s->plan.cvd;
     memcpy(params.window, &window, sizeof params.window);
-    pave_result result = pv_bitmap_cut(context, &s->drawing, region.x, region.y, region.width, region.height, &drawing);
+    pave_result result = pv_drawing_cut(context, &s->drawing, &s->plan.palette.palette, region.x, region.y,
+                                        region.width, region.height, &drawing);
     if (!result)
         result = pave_field_create(context, drawing, &s->plan.field, &field);
     if (!result)
@@ -236,8 +242,17 @@ static void remove_parts(const pv_stream *s)
 
 pave_result pv_stream_read(pv_stream *s, const char *drawing, pv_room room, double to, uint64_t *hash)
 {
-    pv_call call = pv_call_begin(s->context, "read", 0, to);
-    pave_result result = pv_drawing_read(s->context, drawing, &s->plan.threshold, &room, &s->drawing);
+    pave_palette_params *p = &s->plan.palette;
+    pave_result result = PAVE_OK;
+    int finds = p->colours && !p->palette.count;
+    pv_call call = pv_call_begin(s->context, "read", 0, finds ? to / 2 : 0);
+    if (finds)
+        result = pv_palette_read(s->context, drawing, p->colours, &room, &p->palette);
+    pv_call_end(s->context, call);
+    p->colours = p->palette.count; /* as a drawing in memory has it */
+    call = pv_call_begin(s->context, "read", finds ? to / 2 : 0, to);
+    if (!result)
+        result = pv_drawing_read(s->context, drawing, &s->plan.threshold, &p->palette, &room, &s->drawing);
     if (!result)
         result = pv_bitmap_hash(s->context, &s->drawing, hash);
     pv_call_end(s->context, call);

@@ -25,6 +25,9 @@ typedef struct pave_cvd_params {
     double noise_length;    /* wave length of that noise, half sides */
     double push_within;     /* sites nearer to an edge than this are moved and aligned, half sides; 0: none */
     double push_to;         /* to this distance from the edge, half sides */
+    int32_t supersample;    /* pixels of the diagram to one of the drawing, along a side: on the drawing's own pixels
+                               cells line up with the axes; 0: as many as the stones' mode is best with, which pave_lay
+                               knows (2, or 1 in paper mode; 1 for a diagram by itself) */
     int32_t window[4];      /* x, y, width, height of the part that is wanted, px; all 0: the whole plane */
     double window_margin;   /* how far around the window labels must be exact too, half sides: what the stones stage
                                looks at; pave_lay makes it larger where it has to */
@@ -35,13 +38,13 @@ typedef struct pave_cvd_params {
 } pave_cvd_params;
 
 #define PAVE_CVD_PARAMS_INIT \
-    { sizeof(pave_cvd_params), 4.0, 0, 20, 1, 0.5, 0.5, 2.0, 180.0, 32.0, 1.5, 1.0, \
+    { sizeof(pave_cvd_params), 4.0, 0, 20, 1, 0.5, 0.5, 2.0, 180.0, 32.0, 1.5, 1.0, 0, \
       { 0, 0, 0, 0 }, 64.0, 1.0, 0.0 }
 
 PAVE_API void pave_cvd_params_init(pave_cvd_params *params, size_t size);
 
 /* A site, in fixed point. The box is |u| <= half_x, |v| <= half_y, where (u, v) is a point less the site, turned by
- * the rotation (cosine, sine). */
+ * the rotation (cosine, sine). px are the diagram's own here, of which `supersample` make one of the drawing. */
 typedef struct pave_site {
     int32_t x, y;           /* 1/256 px; (0, 0) is the plane's top left corner, y grows down */
     int32_t cosine, sine;   /* 1/65536 */
@@ -60,14 +63,17 @@ PAVE_API pave_result pave_cvd_create(pave_context *context, const pave_field *fi
                                      pave_cvd **out);
 PAVE_API void pave_cvd_free(pave_cvd **cvd);
 
-/* The window: its corner in the plane, and its size, px. */
+/* The window: its corner in the plane, and its size, in the diagram's own px. */
 PAVE_API int32_t pave_cvd_x(const pave_cvd *cvd);
 PAVE_API int32_t pave_cvd_y(const pave_cvd *cvd);
 PAVE_API int32_t pave_cvd_width(const pave_cvd *cvd);
 PAVE_API int32_t pave_cvd_height(const pave_cvd *cvd);
 
-/* h in px: as given, or as it follows from the number of stones. */
+/* h in px of the drawing: as given, or as it follows from the number of stones. */
 PAVE_API double pave_cvd_half_side(const pave_cvd *cvd);
+
+/* The diagram's px to one of the drawing, along a side. */
+PAVE_API int32_t pave_cvd_supersample(const pave_cvd *cvd);
 
 /* The site of each pixel of the window, row by row from the top: its place in pave_cvd_sites. */
 PAVE_API const int32_t *pave_cvd_labels(const pave_cvd *cvd);

@@ -2,7 +2,7 @@
 #ifndef PAVE_IMAGE_H
 #define PAVE_IMAGE_H
 
-#include <pave/context.h>
+#include <pave/params.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -65,6 +65,36 @@ PAVE_API void pave_threshold_params_init(pave_threshold_params *params, size_t s
  * otherwise than R, G and B use their first channel. NaN counts as black. Cost: one pass. */
 PAVE_API pave_result pave_image_threshold(pave_context *context, const pave_image *image,
                                           const pave_threshold_params *params, pave_image **out);
+
+/* How an image becomes a drawing of more colours than black and white. */
+typedef struct pave_palette_params {
+    size_t size;
+    int32_t colours;      /* how many to find in the image; 0: black and white, by threshold */
+    pave_palette palette; /* or those given: then nothing is looked for, whatever `colours` says */
+} pave_palette_params;
+
+#define PAVE_PALETTE_PARAMS_INIT { sizeof(pave_palette_params), 0, { 0, { 0 } } }
+
+PAVE_API void pave_palette_params_init(pave_palette_params *params, size_t size);
+
+/* Finds the colours of a flat-coloured image, at most `colours` (2..256), dark ones first: k-means in OKLab (Ottosson
+ * 2020) on whole numbers, so that every machine and any number of threads find the same. An entry is the very colour
+ * that half of its pixels have; if there is none, the mean, in linear light, of those close to the most frequent one,
+ * or of all. Pixels are laid over white by their alpha. There may be fewer entries than asked for. Cost: one pass, and
+ * up to 64 MiB for a photograph. */
+PAVE_API pave_result pave_palette_find(pave_context *context, const pave_image *image, int32_t colours,
+                                       pave_palette *out);
+
+/* Turns any image into a drawing in the colours of a palette: one PAVE_U8 channel, the entry of each pixel. It is the
+ * nearest one in OKLab, except that pixels on the way from one entry to another, as smooth edges have them, go to the
+ * nearer of the two that are found within 3 px, and not to a third entry that happens to lie between; up to 22 entries
+ * such ways are known. A line of one px in a colour between those on both sides of it counts as such an edge. Pixels
+ * are laid over white by their alpha. Cost: two passes. */
+PAVE_API pave_result pave_image_quantise(pave_context *context, const pave_image *image, const pave_palette *palette,
+                                         pave_image **out);
+
+/* The palette of a drawing; its count is 0 for one in black and white, and for other images. */
+PAVE_API const pave_palette *pave_image_palette(const pave_image *image);
 
 #ifdef __cplusplus
 }

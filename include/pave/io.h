@@ -4,6 +4,7 @@
 #define PAVE_IO_H
 
 #include <pave/stones.h>
+#include <pave/tiling.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -28,10 +29,11 @@ PAVE_API pave_result pave_stones_write(pave_context *context, const pave_stones 
 
 /* Reads stones back: a file that pave_stones_write wrote as "stones", or an SVG file of anyone's. Of SVG, every
  * <polygon> and every <path> of straight lines is a stone, in the order of the file, which numbers their sites;
- * viewBox, in px of the drawing, is the window. Corners are rounded to 1/1000 px; stones are taken as they are,
- * good or not. A colour is black or white by its luma (128 of 255). Curves, transforms, style sheets and fills that
- * are no plain colour are PAVE_ERR_UNSUPPORTED; other damage, and stones of several rings, PAVE_ERR_FORMAT with the
- * line. What an SVG does not tell, as parameters, is as by default. Cost: the file is held in memory meanwhile. */
+ * copies (<use>) are not; viewBox, in px of the drawing, is the window. Corners are rounded to 1/1000 px; stones
+ * are taken as they are, good or not. Their fills are pave_stones_rgb, and by luma (128 of 255) black or white in
+ * pave_stones_colours. Curves, transforms, style sheets and fills that are no plain colour are
+ * PAVE_ERR_UNSUPPORTED; other damage, and stones of several rings, PAVE_ERR_FORMAT with the line. What an SVG does
+ * not tell, as parameters, is as by default. Cost: the file is held in memory meanwhile. */
 PAVE_API pave_result pave_stones_read(pave_context *context, const char *path, pave_stones **out);
 
 /* Merges windows of one pavement, each a file that pave_stones_write wrote as "stones", into one file: the same bytes
@@ -43,6 +45,11 @@ PAVE_API pave_result pave_stones_merge(pave_context *context, const char *const 
 /* Writes measures of stones as "json", or as "text": lines for people, which NULL means too. */
 PAVE_API pave_result pave_stones_measures_write(pave_context *context, const pave_stones_measures *measures,
                                                 const char *path, const char *format);
+
+/* Writes a tiling's report, as JSON: its parameters, what was measured (unless NULL), and, for a set of Wang tiles,
+ * where each lies and the colours of its edges. The path "-" is standard output. */
+PAVE_API pave_result pave_tiling_write(pave_context *context, const pave_tiling *tiling,
+                                       const pave_tiling_measure *measure, const char *path);
 
 /* The format that pave_stones_write would choose for a path; NULL if there is none. Never fails. Any thread. */
 PAVE_API const char *pave_stones_format(const char *path);

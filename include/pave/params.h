@@ -18,7 +18,9 @@ enum {
     PAVE_PARAMS_CVD = 5,       /* pave_cvd_params */
     PAVE_PARAMS_STONES = 6,    /* pave_stones_params */
     PAVE_PARAMS_STREAM = 7,    /* pave_stream_params */
-    PAVE_PARAMS_MEASURE = 8    /* pave_stones_measure_params */
+    PAVE_PARAMS_PALETTE = 30,  /* pave_palette_params */
+    PAVE_PARAMS_MEASURE = 31,  /* pave_stones_measure_params */
+    PAVE_PARAMS_TILING = 12    /* pave_tiling_params */
 };
 
 /* How a field is stored. */
@@ -29,8 +31,16 @@ enum {
     PAVE_PARAM_SEED = 4,    /* uint64_t */
     PAVE_PARAM_FLAG = 5,    /* int32_t, 0 or 1 */
     PAVE_PARAM_CHOICE = 6,  /* int32_t, an index into `choices` */
-    PAVE_PARAM_WINDOW = 7   /* int32_t[4], as text "X,Y,WIDTH,HEIGHT" */
+    PAVE_PARAM_WINDOW = 7,  /* int32_t[4], as text "X,Y,WIDTH,HEIGHT" */
+    PAVE_PARAM_PALETTE = 9, /* pave_palette, as text "#rrggbb,#rrggbb" with commas or white space between */
+    PAVE_PARAM_EXTENT = 10  /* int32_t[2], as text "WIDTHxHEIGHT" */
 };
+
+/* Some colours. */
+typedef struct pave_palette {
+    int32_t count;    /* 0 .. 256; 0 stands for black and white */
+    uint8_t rgb[768]; /* r, g, b of each, display values (sRGB) */
+} pave_palette;
 
 typedef struct pave_param {
     const char *name;    /* the field's name, "half_side" */

@@ -9,6 +9,7 @@
 #include <pave/field.h>
 #include <pave/cvd.h>
 #include <pave/stones.h>
+#include <pave/tiling.h>
 #include <pave/io.h>
 
 #ifdef __cplusplus
@@ -22,13 +23,14 @@ typedef struct pave_lay_params {
     const pave_field_params *field;
     const pave_cvd_params *cvd;
     const pave_stones_params *stones;
+    const pave_palette_params *palette; /* if it has colours or asks for some, it is used instead of threshold */
 } pave_lay_params;
 
-#define PAVE_LAY_PARAMS_INIT { sizeof(pave_lay_params), NULL, NULL, NULL, NULL }
+#define PAVE_LAY_PARAMS_INIT { sizeof(pave_lay_params), NULL, NULL, NULL, NULL, NULL }
 
 PAVE_API void pave_lay_params_init(pave_lay_params *params, size_t size);
 
-/* From an image to its stones: threshold, field, diagram, stones. */
+/* From an image to its stones: threshold or palette, field, diagram, stones. */
 PAVE_API pave_result pave_lay(pave_context *context, const pave_image *image, const pave_lay_params *params,
                               pave_stones **out);
 

@@ -12,7 +12,23 @@ extern "C" {
 typedef struct pave_stones pave_stones;
 
 enum {
-    PAVE_MODE_PAPER = 0 /* the text to the letter */
+    PAVE_MODE_PAPER = 0, /* the text to the letter */
+    PAVE_MODE_BEST = 1   /* the same spirit without its flaws: cells split by colour, one contour for both colours,
+                            vertices made flat by min-cost assignment, each stone inscribed in its own cell, so that
+                            no two overlap. Not for periodic planes; a window needs far more around it than in the
+                            paper's mode, about 1000 px at h = 4 */
+};
+
+/* Joints of best mode. */
+enum {
+    PAVE_JOINT_PAPER = 0, /* every corner moves half the grout towards the centroid: joints of varying width */
+    PAVE_JOINT_EVEN = 1   /* every side moves half the grout inwards */
+};
+
+/* What becomes of parts of the drawing that are too small for a stone, in best mode. */
+enum {
+    PAVE_THIN_KEEP = 0, /* thin stones */
+    PAVE_THIN_DROP = 1  /* they go to the stones around them */
 };
 
 enum {
@@ -33,11 +49,14 @@ typedef struct pave_stones_params {
                             vertices between stones of different colours stay */
     double drop_angle;   /* wide corners of the single polygon are dropped from this angle on, degrees */
     double small_edge;   /* shorter edges of the single polygon lose an end, half sides */
+    int32_t joint_style; /* PAVE_JOINT_ */
+    int32_t thin;        /* PAVE_THIN_: pieces of less than a quarter of a stone that touch none of their colour */
     int32_t border;      /* PAVE_BORDER_: stones that cross the border of a periodic plane (pave_field_params) */
 } pave_stones_params;
 
 #define PAVE_STONES_PARAMS_INIT \
-    { sizeof(pave_stones_params), PAVE_MODE_PAPER, 1.0, 120.0, 5, 120.0, 0.5, PAVE_BORDER_WRAPPED }
+    { sizeof(pave_stones_params), PAVE_MODE_PAPER, 1.0, 120.0, 5, 120.0, 0.5, PAVE_JOINT_EVEN, PAVE_THIN_KEEP, \
+      PAVE_BORDER_WRAPPED }
 
 PAVE_API void pave_stones_params_init(pave_stones_params *params, size_t size);
 
@@ -63,11 +82,19 @@ PAVE_API const int64_t *pave_stones_starts(const pave_stones *stones);
 /* x, y of every vertex in the plane, px, counter-clockwise as seen (y grows down), each a multiple of 1/1000 px. */
 PAVE_API const double *pave_stones_vertices(const pave_stones *stones);
 
-/* Colour of each stone: the drawing's pixel value at the stone's centroid, 0 black ... 255 white. */
+/* Colour of each stone: the drawing's pixel value at the stone's centroid: 0 black, 255 white, or an entry of the
+ * palette. */
 PAVE_API const uint8_t *pave_stones_colours(const pave_stones *stones);
 
+/* The palette of the stones; its count is 0 where they are black and white. */
+PAVE_API const pave_palette *pave_stones_palette(const pave_stones *stones);
+
+/* Colour of each stone as r, g, b, display values, for stones that have colours of their own, as from an SVG file;
+ * NULL for those that were laid. */
+PAVE_API const uint8_t *pave_stones_rgb(const pave_stones *stones);
+
 /* Site of each stone: its number in the whole plane. Ascending; polygons of the same number are parts of one stone that
- * was cut (PAVE_BORDER_CUT). */
+ * was cut (PAVE_BORDER_CUT), or stones of a cell that the drawing divides (best mode). */
 PAVE_API const int32_t *pave_stones_sites(const pave_stones *stones);
 
 enum { PAVE_REPORT_BINS = 32 };
@@ -79,6 +106,8 @@ typedef struct pave_report {
     int32_t stones;                              /* polygons that came out */
     int32_t lost;                                /* sites without a stone: an empty cell, or fewer than 3 vertices */
     int32_t repaired;                            /* stones that the last pass had to make valid */
+    int32_t vanished;                            /* stones that the joints left nothing of */
+    int32_t reduced;                             /* stones that the joints took a corner of */
     int64_t corners_before[PAVE_REPORT_BINS];    /* cells by number of vertices as traced (Fig. 9), */
     int64_t corners_after[PAVE_REPORT_BINS];     /* stones at the end; in the last bin: so many or more */
     int64_t areas[PAVE_REPORT_BINS];             /* stones by area (Fig. 12), in steps of area_step */
@@ -151,13 +180,14 @@ typedef struct pave_stones_measures {
     double jointed;                     /* share of the sides' length that has a joint, not a hole or the border */
 } pave_stones_measures;
 
-/* Judges stones against their drawing (one channel: see pave_image_threshold), which is of the size of their plane.
- * `out`, whose size must be set, is filled; the stones may come from pave_stones_read, and need not be good ones. Of
- * a window, only what lies in it is looked at. Where pixels are under no stone, their colour for edge_ and missed_ is
- * that of the nearest stone by steps to side neighbours; distances are measured as in pave_field_create, exactly, and
- * from halfway between the pixels on both sides of an edge; where both have the edge they are 0. A stone lies along
- * its sides, weighted by length, as they are with quarter turns being all the same.
- * Cost: linear; 0.3 s for 16 000 stones and 1 Mpx, 24 bytes a pixel. */
+/* Judges stones against their drawing (one channel: see pave_image_threshold and pave_image_quantise), which is of
+ * the size of their plane; colours are compared as its entries, each stone's being the nearest one. `out`, whose size
+ * must be set, is filled; the stones may come from pave_stones_read, and need not be good ones. Of a window, only
+ * what lies in it is looked at. Where pixels are under no stone, their colour for edge_ and missed_ is that of the
+ * nearest stone by steps to side neighbours; distances are measured as in pave_field_create, exactly, and from
+ * halfway between the pixels on both sides of an edge; where both have the edge they are 0. A stone lies along its
+ * sides, weighted by length, as they are with quarter turns being all the same. Cost: linear; 0.3 s for 16 000 stones
+ * and 1 Mpx, 24 bytes a pixel. */
 PAVE_API pave_result pave_stones_measure(pave_context *context, const pave_image *drawing, const pave_stones *stones,
                                          const pave_stones_measure_params *params, pave_stones_measures *out);
 

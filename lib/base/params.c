@@ -53,11 +53,11 @@ static double greatest(const pv_param *row)
     return row->choices ? choices_count(row->choices) - 1 : row->greatest;
 }
 
-/* A window's worst number stands for all four. */
-static double window_value(const int32_t *window)
+/* The worst number of a window, or an extent, stands for all. */
+static double window_value(const int32_t *window, int count)
 {
     double value = 0;
-    for (int i = 0; i < 4; i++)
+    for (int i = 0; i < count; i++)
         value = window[i] < 0 || window[i] > value ? window[i] : value;
     return value;
 }
@@ -69,7 +69,8 @@ static double field_value(const pv_param *row, const void *params)
     case PAVE_PARAM_REAL: return *(const double *)(const void *)at;
     case PAVE_PARAM_LONG: return (double)*(const int64_t *)(const void *)at;
     case PAVE_PARAM_SEED: return (double)*(const uint64_t *)(const void *)at;
-    case PAVE_PARAM_WINDOW: return window_value((const int32_t *)(const void *)at);
+    case PAVE_PARAM_WINDOW: return window_value((const int32_t *)(const void *)at, 4);
+    case PAVE_PARAM_EXTENT: return window_value((const int32_t *)(const void *)at, 2);
     default: return *(const int32_t *)(const void *)at;
     }
 }
@@ -80,6 +81,12 @@ static pave_result range_error(pave_context *context, const pv_param *row, const
         return pv_fail(context, PAVE_ERR_ARGUMENT, "%s is '%s', but must be one of %s", name, text, row->choices);
     if (row->type == PAVE_PARAM_WINDOW)
         return pv_fail(context, PAVE_ERR_ARGUMENT, "%s is '%s', but must be X,Y,WIDTH,HEIGHT in px", name, text);
+    if (row->type == PAVE_PARAM_PALETTE)
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "%s is '%.60s', but must be 1 to 256 colours like #rrggbb,#rrggbb",
+                       name, text);
+    if (row->type == PAVE_PARAM_EXTENT)
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "%s is '%s', but must be WIDTHxHEIGHT in px, up to %.0f a side",
+                       name, text, row->greatest);
     char least[32], most[32];
     pv_text_number(least, sizeof least, row->least);
     pv_text_number(most, sizeof most, row->greatest);
@@ -89,6 +96,23 @@ static pave_result range_error(pave_context *context, const pv_param *row, const
     return pv_fail(context, PAVE_ERR_ARGUMENT, "%s is %s, but must be %s%s .. %s%s%s", name, text,
                    row->type == PAVE_PARAM_REAL ? "" : "a whole number of ", least, most, *row->unit ? " " : "",
                    row->unit);
+}
+
+/* "#rrggbb", with white space or commas between. 0 if it is not that, or more than there is room for. */
+static int parse_palette(const char *text, pave_palette *out)
+{
+    memset(out, 0, sizeof *out);
+    for (text += strspn(text, " \t\r\n,"); *text; text += strspn(text, " \t\r\n,")) {
+        if (*text != '#' || strspn(text + 1, "0123456789abcdefABCDEF") != 6 || out->count == 256)
+            return 0;
+        for (int i = 0; i < 3; i++) {
+            char pair[3] = { text[1 + 2 * i], text[2 + 2 * i], 0 };
+            out->rgb[3 * out->count + i] = (uint8_t)strtoul(pair, NULL, 16);
+        }
+        out->count++;
+        text += 7;
+    }
+    return out->count > 0;
 }
 
 /* NaN is outside every range. */
@@ -157,12 +181,13 @@ static int parse_flag(const char *text, double *value)
     return yes || !strcmp(text, "0") || !strcmp(text, "no") || !strcmp(text, "false");
 }
 
-static int parse_window(const char *text, int32_t *window)
+/* Whole numbers with a letter between them: "X,Y,WIDTH,HEIGHT", "WIDTHxHEIGHT". */
+static int parse_whole_numbers(const char *text, int count, char between, int32_t *window)
 {
     char *end;
-    for (int i = 0; i < 4; i++, text = end + 1) {
+    for (int i = 0; i < count; i++, text = end + 1) {
         long v = strtol(text, &end, 10);
-        if (end == text || *end != (i < 3 ? ',' : 0) || v < 0 || v > 1 << 20)
+        if (end == text || *end != (i + 1 < count ? between : 0) || v < 0 || v > 1 << 20)
             return 0;
         window[i] = (int32_t)v;
     }
@@ -191,6 +216,8 @@ static size_t stored_size(const pv_param *row)
     case PAVE_PARAM_LONG:
     case PAVE_PARAM_SEED: return 8;
     case PAVE_PARAM_WINDOW: return 4 * sizeof(int32_t);
+    case PAVE_PARAM_PALETTE: return sizeof(pave_palette);
+    case PAVE_PARAM_EXTENT: return 2 * sizeof(int32_t);
     default: return sizeof(int32_t);
     }
 }
@@ -216,6 +243,16 @@ static void store(const pv_param *row, void *params, double value, uint64_t whol
     }
 }
 
+static pave_result set_palette(pave_context *context, const pv_param *row, void *params, const char *name,
+                               const char *value)
+{
+    pave_palette palette;
+    if (!parse_palette(value, &palette))
+        return range_error(context, row, name, value);
+    memcpy((char *)params + row->offset, &palette, sizeof palette);
+    return PAVE_OK;
+}
+
 pave_result pv_param_set(pave_context *context, const pv_table *table, void *params, const char *name,
                          const char *value)
 {
@@ -227,13 +264,16 @@ pave_result pv_param_set(pave_context *context, const pv_table *table, void *par
             continue;
         if (*(size_t *)params < row->offset + stored_size(row))
             return pv_fail(context, PAVE_ERR_ARGUMENT, "this %s struct is too old to hold %s", table->name, name);
+        if (row->type == PAVE_PARAM_PALETTE)
+            return set_palette(context, row, params, name, value);
         int32_t window[4];
-        int parsed = row->type == PAVE_PARAM_WINDOW ? parse_window(value, window)
-                                                    : parse_value(row, value, &number, &whole) && in_range(row, number);
+        int several = row->type == PAVE_PARAM_WINDOW ? 4 : row->type == PAVE_PARAM_EXTENT ? 2 : 0;
+        int parsed = several ? parse_whole_numbers(value, several, several == 4 ? ',' : 'x', window)
+                             : parse_value(row, value, &number, &whole) && in_range(row, number);
         if (!parsed)
             return range_error(context, row, name, value);
-        if (row->type == PAVE_PARAM_WINDOW)
-            memcpy((char *)params + row->offset, window, sizeof window);
+        if (several)
+            memcpy((char *)params + row->offset, window, stored_size(row));
         else
             store(row, params, number, whole);
         return PAVE_OK;

@@ -34,6 +34,8 @@ typedef struct pv_table {
 #define PV_FLAG(S, field, help) { #field, PAVE_PARAM_FLAG, "", 0, 1, NULL, help, offsetof(S, field) }
 #define PV_CHOICE(S, field, choices, help) { #field, PAVE_PARAM_CHOICE, "", 0, -1, choices, help, offsetof(S, field) }
 #define PV_WINDOW(S, field, help) { #field, PAVE_PARAM_WINDOW, "px", 0, 1 << 20, NULL, help, offsetof(S, field) }
+#define PV_EXTENT(S, field, name, help) \
+    { name, PAVE_PARAM_EXTENT, "px", 0, 1 << 20, NULL, help, offsetof(S, field) }
 #define PV_TABLE(name, defaults, rows) \
     { name, sizeof(defaults), &(defaults), rows, (int32_t)(sizeof(rows) / sizeof(*(rows))) }
 

@@ -20,6 +20,7 @@ static const pv_param cvd_rows[] = {
     PV_REAL(pave_cvd_params, noise_length, "half sides", 1, 4096, "wave length of the rotation's noise"),
     PV_REAL(pave_cvd_params, push_within, "half sides", 0, 4, "sites nearer to an edge are moved and aligned"),
     PV_REAL(pave_cvd_params, push_to, "half sides", 0, 4, "to this distance from the edge"),
+    PV_INTEGER(pave_cvd_params, supersample, "", 0, 4, "the diagram's pixels to one of the drawing; 0: by mode"),
     PV_WINDOW(pave_cvd_params, window, "only this part of the plane, px [the whole]"),
     PV_REAL(pave_cvd_params, window_margin, "half sides", 0, 4096, "exact labels wanted around the window"),
     PV_REAL(pave_cvd_params, relaxation, "", 0.1, 2, "sites go so many times the way to the centroid"),
@@ -155,6 +156,37 @@ static pave_result make(pave_context *context, const pave_field *field, int32_t 
     }
 }
 
+/* All lengths in the diagram's own px. */
+static void scale_up(int32_t scale, pave_cvd *cvd)
+{
+    cvd->window = (pv_rect){ cvd->window.x * scale, cvd->window.y * scale, cvd->window.width * scale,
+                             cvd->window.height * scale };
+    cvd->params.half_side *= scale;
+    cvd->params.until_still *= scale;
+}
+
+/* On a finer field with everything else as much larger. */
+static pave_result make_finer(pave_context *context, const pave_field *field, int32_t *needed, pave_cvd *cvd)
+{
+    pave_cvd_params params = cvd->params;
+    pave_field *fine = NULL;
+    int32_t scale = params.supersample ? params.supersample : 1;
+    cvd->scale = scale;
+    cvd->params.supersample = scale;
+    if (scale == 1)
+        return make(context, field, needed, cvd);
+    pave_result result = pv_field_refine(context, field, scale, &fine);
+    scale_up(scale, cvd);
+    if (!result)
+        result = make(context, fine, needed, cvd);
+    cvd->params = params;
+    cvd->params.supersample = scale;
+    cvd->movement /= cvd->movement > 0 ? scale : 1;
+    *needed = (*needed + scale - 1) / scale;
+    pave_field_free(&fine);
+    return result;
+}
+
 pave_result pv_cvd_create(pave_context *context, const pave_field *field, const pave_cvd_params *given,
                           int32_t *needed, pave_cvd **out)
 {
@@ -164,11 +196,12 @@ pave_result pv_cvd_create(pave_context *context, const pave_field *field, const 
     if (!cvd)
         return result;
     result = read_params(context, given, field, cvd);
+    int whole = !result && is_whole(field, cvd->window);
     pv_call call = pv_call_begin(context, "diagram", 0, 1);
     if (!result)
-        result = make(context, field, needed, cvd);
+        result = make_finer(context, field, needed, cvd);
     pv_call_end(context, call);
-    if (!is_whole(field, cvd->window) && cvd->steps)
+    if (!whole && cvd->steps)
         cvd->movement = -1;
     if (result || *needed)
         pave_cvd_free(&cvd);
@@ -207,6 +240,7 @@ int32_t pave_cvd_width(const pave_cvd *cvd) { return cvd->window.width; }
 int32_t pave_cvd_height(const pave_cvd *cvd) { return cvd->window.height; }
 double pave_cvd_half_side(const pave_cvd *cvd) { return cvd->params.half_side; }
 const int32_t *pave_cvd_labels(const pave_cvd *cvd) { return cvd->window_labels; }
+int32_t pave_cvd_supersample(const pave_cvd *cvd) { return cvd->scale; }
 int32_t pave_cvd_site_count(const pave_cvd *cvd) { return cvd->site_count; }
 const pave_site *pave_cvd_sites(const pave_cvd *cvd) { return cvd->sites; }
 const int32_t *pave_cvd_site_numbers(const pave_cvd *cvd) { return cvd->numbers; }

@@ -17,7 +17,9 @@ typedef struct pv_shift {
     int32_t x, y;
 } pv_shift;
 
+/* All px are the diagram's own, `scale` to one of the drawing along a side; but those of params are the drawing's. */
 struct pave_cvd {
+    int32_t scale;
     pv_place place; /* of the region that was computed: the window and what is needed around it */
     pv_rect window;
     int32_t width, height; /* of the region, which may shrink while sites move */

@@ -23,6 +23,9 @@ struct pave_field {
 pave_result pv_field_repeat(pave_context *context, const pave_field *field, int32_t x, int32_t y, int32_t width,
                             int32_t height, pave_field **out);
 
+/* refine.c: the field of the same plane with `scale` pixels to one along a side. */
+pave_result pv_field_refine(pave_context *context, const pave_field *field, int32_t scale, pave_field **out);
+
 /* A drawing's pixels with their size. */
 typedef struct pv_drawing {
     int32_t width, height;

@@ -1,4 +1,4 @@
-/* A drawing with one bit a pixel, in memory or in a file. */
+/* A drawing with a bit or a byte a pixel, in memory or in a file. */
 #include "image/bitmap.h"
 
 #include "util/fixed.h"
@@ -9,15 +9,15 @@
 
 enum { CHUNK = 1 << 16 };
 
-static pv_bitmap shape(int32_t width, int32_t height)
+static pv_bitmap shape(int32_t width, int32_t height, int32_t depth)
 {
-    return (pv_bitmap){ width, height, ((int64_t)width + 7) / 8, NULL, -1 };
+    return (pv_bitmap){ width, height, depth, ((int64_t)width * depth + 7) / 8, NULL, -1 };
 }
 
-pave_result pv_bitmap_create(pave_context *context, int32_t width, int32_t height, pv_bitmap *out)
+pave_result pv_bitmap_create(pave_context *context, int32_t width, int32_t height, int32_t depth, pv_bitmap *out)
 {
     pave_result result = PAVE_OK;
-    *out = shape(width, height);
+    *out = shape(width, height, depth);
     out->bits = pv_allocate_zeroed(context, (size_t)out->stride, (size_t)height, &result);
     return result;
 }
@@ -30,9 +30,10 @@ static pave_result failed(pave_context *context, const char *what)
 }
 
 /* Its size is set at once, so that what was not put is black and nothing is ever read beyond the end. */
-pave_result pv_bitmap_create_in(pave_context *context, int32_t width, int32_t height, int file, pv_bitmap *out)
+pave_result pv_bitmap_create_in(pave_context *context, int32_t width, int32_t height, int32_t depth, int file,
+                                pv_bitmap *out)
 {
-    *out = shape(width, height);
+    *out = shape(width, height, depth);
     out->file = file;
     return ftruncate(file, out->stride * height) ? failed(context, "made so large") : PAVE_OK;
 }
@@ -42,7 +43,7 @@ void pv_bitmap_free(pv_bitmap *bitmap)
     if (!bitmap->bits && bitmap->file >= 0 && bitmap->stride)
         close(bitmap->file);
     pv_release(bitmap->bits);
-    *bitmap = shape(0, 0);
+    *bitmap = shape(0, 0, 1);
 }
 
 /* Reads, or writes, so many bytes from a place on. */
@@ -68,7 +69,9 @@ void pv_bitmap_store(pv_bitmap *bitmap, int32_t x, int32_t y, const pave_image *
     const uint8_t *pixels = drawing->pixels;
     for (int32_t row = 0; row < drawing->height; row++, pixels += drawing->width) {
         uint8_t *bits = bitmap->bits + (y + row) * bitmap->stride;
-        for (int32_t i = 0, at = x; i < drawing->width; i++, at++)
+        if (bitmap->depth == 8)
+            memcpy(bits + x, pixels, (size_t)drawing->width);
+        for (int32_t i = 0, at = x; i < drawing->width && bitmap->depth == 1; i++, at++)
             bits[at >> 3] |= (uint8_t)((pixels[i] >> 7) << (7 - (at & 7)));
     }
 }
@@ -94,9 +97,14 @@ static pave_result row_bytes(pave_context *context, const pv_bitmap *bitmap, int
 static pave_result cut_run(pave_context *context, const pv_bitmap *bitmap, int32_t x, int32_t y, int32_t count,
                            uint8_t *scratch, uint8_t *pixel)
 {
-    int32_t first = x >> 3, size = ((x + count + 7) >> 3) - first;
+    int32_t bytes = bitmap->depth == 8, first = bytes ? x : x >> 3;
+    int32_t size = bytes ? count : ((x + count + 7) >> 3) - first;
     const uint8_t *bits = NULL;
     pave_result result = row_bytes(context, bitmap, y, first, size, scratch, &bits);
+    if (bytes && !result)
+        memcpy(pixel, bits, (size_t)count);
+    if (bytes)
+        return result;
     for (int32_t column = x - 8 * first; column < x - 8 * first + count && !result; column++)
         *pixel++ = bits[column >> 3] >> (7 - (column & 7)) & 1 ? 255 : 0;
     return result;
@@ -109,7 +117,7 @@ pave_result pv_bitmap_cut(pave_context *context, const pv_bitmap *bitmap, int32_
     params.width = width;
     params.height = height;
     pave_result result = pv_image_new(context, &params, out);
-    uint8_t *scratch = result ? NULL : pv_allocate(context, (size_t)width / 8 + 2, 1, &result);
+    uint8_t *scratch = result ? NULL : pv_allocate(context, (size_t)width + 2, 1, &result);
     uint8_t *pixel = result ? NULL : (*out)->pixels;
     for (int32_t row = 0; row < height && !result; row++)
         for (int32_t i = 0, run; i < width && !result; i += run, pixel += run) {

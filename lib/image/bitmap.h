@@ -1,18 +1,21 @@
-/* A drawing with one bit a pixel: how a plane is kept that is laid window by window. */
+/* A drawing with one bit a pixel, or with a byte if it has a palette: how a plane is kept that is laid window by
+ * window. */
 #pragma once
 
 #include "image/image.h"
 
 typedef struct pv_bitmap {
     int32_t width, height;
+    int32_t depth;  /* bits a pixel, 1 or 8 */
     int64_t stride; /* bytes a row */
     uint8_t *bits;  /* 1: white; the pixel on the left is the highest bit */
     int file;       /* instead of `bits`, if that is NULL: row after row */
 } pv_bitmap;
 
-/* All black. In a file, which is then the bitmap's and closed with it, the rows must be put first. */
-pave_result pv_bitmap_create(pave_context *context, int32_t width, int32_t height, pv_bitmap *out);
-pave_result pv_bitmap_create_in(pave_context *context, int32_t width, int32_t height, int file, pv_bitmap *out);
+/* All black, or 0. In a file, which is then the bitmap's and closed with it, the rows must be put first. */
+pave_result pv_bitmap_create(pave_context *context, int32_t width, int32_t height, int32_t depth, pv_bitmap *out);
+pave_result pv_bitmap_create_in(pave_context *context, int32_t width, int32_t height, int32_t depth, int file,
+                                pv_bitmap *out);
 void pv_bitmap_free(pv_bitmap *bitmap);
 
 /* Stores a drawing, or a part of it, in a bitmap in memory that is black there. */

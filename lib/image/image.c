@@ -167,6 +167,7 @@ int32_t pave_image_type(const pave_image *image) { return image->type; }
 int32_t pave_image_encoding(const pave_image *image) { return image->encoding; }
 int32_t pave_image_alpha(const pave_image *image) { return image->alpha; }
 const void *pave_image_pixels(const pave_image *image) { return image->pixels; }
+const pave_palette *pave_image_palette(const pave_image *image) { return &image->palette; }
 
 const char *pave_image_channel_name(const pave_image *image, int32_t channel)
 {

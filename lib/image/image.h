@@ -7,7 +7,7 @@
 
 enum { PV_MOST_CHANNELS = 32, PV_CHANNEL_NAME = 64 };
 
-extern const pv_table pv_threshold_table;
+extern const pv_table pv_threshold_table, pv_palette_table;
 
 /* Where pixels lie that are part of a larger plane. */
 typedef struct pv_place {
@@ -26,6 +26,8 @@ struct pave_image {
     pv_place place;
     char names[PV_MOST_CHANNELS][PV_CHANNEL_NAME];
     void *pixels;
+    pave_palette palette; /* of a drawing whose pixels are its entries, */
+    uint64_t hash;        /* and its name */
 };
 
 /* A part of the plane, wherever it lies, from a drawing that is the whole of it and repeats beyond it. */

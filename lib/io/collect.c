@@ -2,15 +2,12 @@
 #include <pave/io.h>
 
 #include "io/collect.h"
-#include "io/output.h"
+#include "io/input.h"
 #include "io/pile.h"
 #include "io/stonefile.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 pave_result pv_collect_begin(pave_context *context, pv_collection *out)
 {
@@ -25,9 +22,12 @@ pave_result pv_collect_begin(pave_context *context, pv_collection *out)
         stones->colours = pv_allocate(context, 0, 1, &result);
     if (!result)
         stones->sites = pv_allocate(context, 0, 1, &result);
+    if (!result)
+        stones->rgb = pv_allocate(context, 0, 1, &result);
     if (result)
         return result;
     pave_threshold_params_init(&stones->threshold, sizeof stones->threshold);
+    pave_palette_params_init(&stones->palette, sizeof stones->palette);
     pave_field_params_init(&stones->field, sizeof stones->field);
     pave_cvd_params_init(&stones->cvd, sizeof stones->cvd);
     pave_stones_params_init(&stones->params, sizeof stones->params);
@@ -57,16 +57,17 @@ static pave_result make_room(pave_context *context, pv_collection *c)
     if (!result)
         result = grow(context, &s->sites, sizeof *s->sites, count, room);
     if (!result)
+        result = grow(context, &s->rgb, 3, count, room);
+    if (!result)
         c->room = (int32_t)room;
     return result;
 }
 
-pave_result pv_collect_add(pave_context *context, pv_collection *c, int32_t number, uint8_t colour, const int32_t *xy,
-                           int32_t corners)
+pave_result pv_collect_add(pave_context *context, pv_collection *c, const pv_stone *stone, const uint8_t *rgb)
 {
     pave_stones *s = c->stones;
     pave_result result = PAVE_OK;
-    int64_t at = s->starts[s->count], needed = at + corners, room = 2 * needed + 256;
+    int64_t at = s->starts[s->count], needed = at + stone->corners, room = 2 * needed + 256;
     if (s->count == c->room || s->count >= context->limits.max_stones)
         result = make_room(context, c);
     if (!result && needed > c->corners_room) {
@@ -75,10 +76,11 @@ pave_result pv_collect_add(pave_context *context, pv_collection *c, int32_t numb
     }
     if (result)
         return result;
-    for (int64_t i = 0; i < 2 * (int64_t)corners; i++)
-        s->vertices[2 * at + i] = xy[i] / 1000.0;
-    s->colours[s->count] = colour;
-    s->sites[s->count] = number;
+    for (int64_t i = 0; i < 2 * (int64_t)stone->corners; i++)
+        s->vertices[2 * at + i] = stone->xy[i] / 1000.0;
+    s->colours[s->count] = stone->colour;
+    s->sites[s->count] = stone->number;
+    memcpy(s->rgb + 3 * (int64_t)s->count, rgb, 3);
     s->starts[++s->count] = needed;
     return PAVE_OK;
 }
@@ -88,7 +90,7 @@ void pv_collect_end(pv_collection *collection)
     pave_stones_free(&collection->stones);
 }
 
-/* A file that pave wrote as .stones is a pile; its head knows all but the stones. */
+/* A file that pave wrote as .stones is a pile; its head knows all but the stones, whose colours are entries. */
 static pave_result collect_pile(pave_context *context, const char *path, pv_collection *c)
 {
     pv_pile pile;
@@ -103,58 +105,32 @@ static pave_result collect_pile(pave_context *context, const char *path, pv_coll
     c->stones->vertices = arrays.vertices;
     c->stones->colours = arrays.colours;
     c->stones->sites = arrays.sites;
+    c->stones->rgb = arrays.rgb;
     while (!result) {
         result = pile.next(context, &pile, &stone);
         if (result || !stone.corners)
             break;
-        result = pv_collect_add(context, c, stone.number, stone.colour, stone.xy, stone.corners);
+        result = pv_collect_add(context, c, &stone, (const uint8_t[3]){ 0 });
     }
+    pv_release(c->stones->rgb);
+    c->stones->rgb = NULL;
     pv_pile_close(&pile);
-    return result;
-}
-
-static pave_result unreadable(pave_context *context, const char *path, int error)
-{
-    return pv_fail(context, PAVE_ERR_IO, "%s: cannot be read: %s", path, pv_system_error(error));
-}
-
-/* Not blocking, for a pipe would wait for a writer before it can be refused. */
-static pave_result load(pave_context *context, const char *path, char **out, size_t *size)
-{
-    struct stat info;
-    pave_result result = PAVE_OK;
-    int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
-    if (file < 0 || fstat(file, &info))
-        result = unreadable(context, path, errno);
-    else if (!S_ISREG(info.st_mode))
-        result = unreadable(context, path, S_ISDIR(info.st_mode) ? EISDIR : ENODEV);
-    else if (!info.st_size)
-        result = pv_fail(context, PAVE_ERR_FORMAT, "%s: is empty", path);
-    *size = result ? 0 : (size_t)info.st_size;
-    *out = result ? NULL : pv_allocate(context, *size, 1, &result);
-    for (size_t done = 0; done < *size && !result;) {
-        ssize_t n = read(file, *out + done, *size - done < 1 << 24 ? *size - done : 1 << 24);
-        if (n < 0 && errno != EINTR)
-            result = unreadable(context, path, errno);
-        else if (n == 0)
-            result = pv_fail(context, PAVE_ERR_IO, "%s: cannot be read: it became shorter meanwhile", path);
-        done += n > 0 ? (size_t)n : 0;
-        result = result ? result : pv_progress(context, 0);
-    }
-    if (file >= 0)
-        close(file);
     return result;
 }
 
 static pave_result collect(pave_context *context, const char *path, pv_collection *c)
 {
-    size_t size = 0, n = strlen(PV_STONE_FILE_MAGIC);
-    char *bytes = NULL;
-    pave_result result = load(context, path, &bytes, &size);
-    int own = !result && size >= n && !memcmp(bytes, PV_STONE_FILE_MAGIC, n);
+    pv_input input;
+    uint8_t *bytes = NULL;
+    int64_t n = (int64_t)strlen(PV_STONE_FILE_MAGIC);
+    pave_result result = pv_input_open(context, path, &input);
+    if (!result)
+        result = pv_input_load(&input, &bytes);
+    int own = !result && input.size >= n && !memcmp(bytes, PV_STONE_FILE_MAGIC, (size_t)n);
     if (!result && !own)
-        result = pv_svg_read(context, path, bytes, size, c);
+        result = pv_svg_read(context, path, (char *)bytes, (size_t)input.size, c);
     pv_release(bytes);
+    pv_input_close(&input);
     return own ? collect_pile(context, path, c) : result;
 }
 

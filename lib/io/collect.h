@@ -1,9 +1,7 @@
 /* Stones collected one by one, until there is a pavement in memory. */
 #pragma once
 
-#include "stones/stones.h"
-
-#include "util/polygon.h"
+#include "io/pile.h"
 
 typedef struct pv_collection {
     pave_stones *stones;
@@ -13,9 +11,8 @@ typedef struct pv_collection {
 
 pave_result pv_collect_begin(pave_context *context, pv_collection *out);
 
-/* Adds a stone; its ring is in 1/1000 px. */
-pave_result pv_collect_add(pave_context *context, pv_collection *collection, int32_t number, uint8_t colour,
-                           const int32_t *xy, int32_t corners);
+pave_result pv_collect_add(pave_context *context, pv_collection *collection, const pv_stone *stone,
+                           const uint8_t *rgb);
 
 /* Frees what has been collected, unless it was taken (stones set to NULL). */
 void pv_collect_end(pv_collection *collection);

@@ -7,23 +7,6 @@
 #include <string.h>
 
 /* Rounds to nearest, ties to even; beyond the range to infinity. */
-uint16_t pv_half(float value)
-{
-    uint32_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    uint32_t sign = bits >> 16 & 0x8000, magnitude = bits & 0x7FFFFFFF;
-    if (magnitude > 0x7F800000)
-        return (uint16_t)(sign | 0x7E00);
-    if (magnitude >= 0x477FF000)
-        return (uint16_t)(sign | 0x7C00);
-    if (magnitude < 0x38800000) { /* subnormal: in units of 2^-24 */
-        float scaled = fabsf(value) * 16777216.0f;
-        return (uint16_t)(sign | (uint32_t)nearbyintf(scaled));
-    }
-    uint32_t rounded = magnitude + 0xFFF + (magnitude >> 13 & 1);
-    return (uint16_t)(sign | (rounded - 0x38000000) >> 13);
-}
-
 double pv_display_code(double linear)
 {
     return linear <= 0.0031308 ? 12.92 * linear : 1.055 * pow(linear, 1 / 2.4) - 0.055;

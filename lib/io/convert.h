@@ -2,8 +2,7 @@
 #pragma once
 
 #include "image/image.h"
-
-uint16_t pv_half(float value);
+#include "util/half.h"
 
 /* sRGB (IEC 61966-2-1). */
 double pv_display_code(double linear);

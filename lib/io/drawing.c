@@ -47,9 +47,9 @@ static pave_result read_image(pave_context *context, const pv_blocks *blocks, pa
     return result;
 }
 
-/* A part as black and white, into a band of the bitmap. */
-static pave_result threshold_part(pave_context *context, const pv_blocks *blocks, pv_rect part,
-                                  const pave_threshold_params *threshold, pv_bitmap *band)
+/* A part into a band of the bitmap, or into the histogram. */
+static pave_result take_part(pave_context *context, const pv_blocks *blocks, pv_rect part, const pv_target *target,
+                             pv_bitmap *band)
 {
     pave_image_params shape = blocks->shape;
     pave_image *image = NULL, *drawing = NULL;
@@ -60,9 +60,14 @@ static pave_result threshold_part(pave_context *context, const pv_blocks *blocks
         result = read_part(context, blocks, part, image->pixels);
     if (!result && blocks->premultiplied)
         pv_unpremultiply(image);
-    if (!result)
-        result = pave_image_threshold(context, image, threshold, &drawing);
-    if (!result)
+    pv_call call = pv_call_begin(context, "read", 0, 0); /* no progress of its own */
+    if (!result && target->histogram)
+        result = pv_histogram_add(context, target->histogram, image);
+    else if (!result)
+        result = target->book ? pv_encode_image(context, target->book, image, &drawing)
+                              : pave_image_threshold(context, image, target->threshold, &drawing);
+    pv_call_end(context, call);
+    if (drawing)
         pv_bitmap_store(band, part.x, 0, drawing);
     pave_image_free(&drawing);
     pave_image_free(&image);
@@ -75,12 +80,12 @@ static pave_result read_band(pave_context *context, const pv_blocks *blocks, int
     const pave_image_params *shape = &blocks->shape;
     int32_t columns = steps(blocks->columns, pixel_bytes(blocks) * rows, shape->width);
     pv_bitmap band;
-    pave_result result = pv_bitmap_create(context, shape->width, rows, &band);
+    pave_result result = pv_bitmap_create(context, shape->width, rows, target->book ? 8 : 1, &band);
     for (int32_t x = 0; x < shape->width && !result; x += columns) {
         columns = columns < shape->width - x ? columns : shape->width - x;
-        result = threshold_part(context, blocks, (pv_rect){ x, y, columns, rows }, target->threshold, &band);
+        result = take_part(context, blocks, (pv_rect){ x, y, columns, rows }, target, &band);
     }
-    if (!result)
+    if (!result && target->drawing)
         result = pv_bitmap_put(context, target->drawing, y, &band);
     pv_bitmap_free(&band);
     return result;
@@ -95,13 +100,16 @@ static pave_result create_bitmap(pave_context *context, const pv_blocks *blocks,
         return pv_fail(context, PAVE_ERR_LIMIT,
                        "%s: is decoded with %lld bytes at once, and memory leaves %lld; save it as TIFF in tiles",
                        blocks->path, (long long)blocks->at_once, (long long)room->bytes);
-    if (((int64_t)shape->width + 7) / 8 * shape->height <= room->bytes / SHARE)
-        return pv_bitmap_create(context, shape->width, shape->height, target->drawing);
+    int32_t depth = target->book ? 8 : 1;
+    if (!target->drawing)
+        return PAVE_OK;
+    if (((int64_t)shape->width * depth + 7) / 8 * shape->height <= room->bytes / SHARE)
+        return pv_bitmap_create(context, shape->width, shape->height, depth, target->drawing);
     int file = pv_output_scratch(room->beside);
     if (file < 0)
         return pv_fail(context, PAVE_ERR_IO, "%s: no temporary file can be made beside it: %s", room->beside,
                        pv_system_error(errno));
-    return pv_bitmap_create_in(context, shape->width, shape->height, file, target->drawing);
+    return pv_bitmap_create_in(context, shape->width, shape->height, depth, file, target->drawing);
 }
 
 static pave_result read_drawing(pave_context *context, const pv_blocks *blocks, const pv_target *target)
@@ -116,7 +124,7 @@ static pave_result read_drawing(pave_context *context, const pv_blocks *blocks, 
         rows = rows < shape->height - y ? rows : shape->height - y;
         result = read_band(context, blocks, y, rows, target);
     }
-    if (result)
+    if (result && target->drawing)
         pv_bitmap_free(target->drawing);
     return result;
 }

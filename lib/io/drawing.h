@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cvd/cvd.h"
-#include "image/bitmap.h"
+#include "image/palette.h"
 
 /* What a drawing may take of memory while it is read and laid. */
 typedef struct pv_room {
@@ -10,10 +10,12 @@ typedef struct pv_room {
     const char *beside; /* which lies beside this one */
 } pv_room;
 
-/* What a file is read as: an image, or else a drawing. */
+/* What a file is read as: an image, or a histogram, or else a drawing, in codes if there is a book for them. */
 typedef struct pv_target {
     pave_image **image;
+    pv_histogram *histogram;
     const pave_threshold_params *threshold;
+    const pv_codebook *book;
     const pv_room *room;
     pv_bitmap *drawing;
 } pv_target;
@@ -33,6 +35,11 @@ typedef struct pv_blocks {
 
 pave_result pv_blocks_read(pave_context *context, const pv_blocks *blocks, const pv_target *target);
 
-/* Reads an image file as a drawing. */
+/* Reads an image file as a drawing: codes of the palette, or by the threshold if that is
+ * empty or NULL. */
 pave_result pv_drawing_read(pave_context *context, const char *path, const pave_threshold_params *threshold,
-                            const pv_room *room, pv_bitmap *out);
+                            const pave_palette *palette, const pv_room *room, pv_bitmap *out);
+
+/* Finds the palette of an image file. */
+pave_result pv_palette_read(pave_context *context, const char *path, int32_t colours, const pv_room *room,
+                            pave_palette *out);

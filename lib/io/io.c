@@ -46,15 +46,37 @@ pave_result pave_image_read(pave_context *context, const char *path, pave_image 
 }
 
 pave_result pv_drawing_read(pave_context *context, const char *path, const pave_threshold_params *threshold,
-                            const pv_room *room, pv_bitmap *out)
+                            const pave_palette *palette, const pv_room *room, pv_bitmap *out)
 {
     int before = errno;
-    pv_target target = { .threshold = threshold, .room = room, .drawing = out };
+    pv_codebook *book = NULL;
     *out = (pv_bitmap){ .file = -1 };
     pv_call outer = pv_call_begin(context, "read", 0, 1);
-    pave_result result = read_file(context, path, &target);
+    pave_result result = palette && palette->count ? pv_codebook_create(context, palette, &book) : PAVE_OK;
+    pv_target target = { .threshold = threshold, .book = book, .room = room, .drawing = out };
+    if (!result)
+        result = read_file(context, path, &target);
     if (result)
         pv_bitmap_free(out);
+    pv_release(book);
+    pv_call_end(context, outer);
+    errno = before;
+    return result;
+}
+
+pave_result pv_palette_read(pave_context *context, const char *path, int32_t colours, const pv_room *room,
+                            pave_palette *out)
+{
+    int before = errno;
+    pv_histogram *histogram = NULL;
+    pv_call outer = pv_call_begin(context, "read", 0, 1);
+    pave_result result = pv_histogram_create(context, &histogram);
+    pv_target target = { .histogram = histogram, .room = room };
+    if (!result)
+        result = read_file(context, path, &target);
+    if (!result)
+        result = pv_histogram_palette(context, histogram, colours, out);
+    pv_histogram_free(histogram);
     pv_call_end(context, outer);
     errno = before;
     return result;
@@ -87,7 +109,7 @@ static pave_result write_preview(pave_context *context, pv_pile *pile, const cha
 
 static pave_result write_report(pave_context *context, pv_pile *pile, const char *path)
 {
-    return pv_report_write(context, &pile->head, path);
+    return pv_report_write(context, pile, path);
 }
 
 static const struct { const char *ending; pile_writer *write; } stones_formats[] = {

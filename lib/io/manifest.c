@@ -62,6 +62,7 @@ pave_result pv_manifest_write(pave_context *context, const pv_manifest *m, const
     pv_json_whole(&json, "height", m->height);
     pv_json_object(&json, "parameters");
     pv_json_params(&json, &pv_threshold_table, &m->threshold);
+    pv_json_params(&json, &pv_palette_table, &m->palette);
     pv_json_params(&json, &pv_field_table, &m->field);
     pv_json_params(&json, &pv_cvd_table, &m->cvd);
     pv_json_params(&json, &pv_stones_table, &m->stones);
@@ -161,10 +162,13 @@ static pave_result take(pave_context *context, const char *path, const cJSON *js
     if (result)
         return result;
     pave_threshold_params_init(&m->threshold, sizeof m->threshold);
+    pave_palette_params_init(&m->palette, sizeof m->palette);
     pave_field_params_init(&m->field, sizeof m->field);
     pave_cvd_params_init(&m->cvd, sizeof m->cvd);
     pave_stones_params_init(&m->stones, sizeof m->stones);
     result = pv_json_read_params(context, path, parameters, &pv_threshold_table, &m->threshold);
+    if (!result)
+        result = pv_json_read_params(context, path, parameters, &pv_palette_table, &m->palette);
     if (!result)
         result = pv_json_read_params(context, path, parameters, &pv_field_table, &m->field);
     if (!result)

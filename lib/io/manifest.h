@@ -10,6 +10,7 @@ typedef struct pv_manifest {
     uint64_t hash; /* of the drawing */
     int32_t width, height;
     pave_threshold_params threshold;
+    pave_palette_params palette; /* already found */
     pave_field_params field;
     pave_cvd_params cvd;
     pave_stones_params stones;

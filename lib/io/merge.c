@@ -214,6 +214,8 @@ static void add_report(pave_report *sum, const pave_report *part)
     sum->stones += part->stones;
     sum->lost += part->lost;
     sum->repaired += part->repaired;
+    sum->vanished += part->vanished;
+    sum->reduced += part->reduced;
     add_counts(sum->corners_before, part->corners_before, PAVE_REPORT_BINS);
     add_counts(sum->corners_after, part->corners_after, PAVE_REPORT_BINS);
     add_counts(sum->areas, part->areas, PAVE_REPORT_BINS);
@@ -253,13 +255,14 @@ static void begin_head(pave_stones *head, const pv_stone_file_head *part)
     head->params = part->stones;
     head->field = part->field;
     head->threshold = part->threshold;
+    head->palette = part->palette;
     head->backend = part->backend;
     memcpy(head->backend_name, part->backend_name, sizeof head->backend_name);
 }
 
 static int same_pavement(const pave_stones *head, const pv_stone_file_head *part)
 {
-    pv_making making = { head->drawing, &head->threshold, &head->field, &head->cvd, &head->params };
+    pv_making making = { head->drawing, &head->threshold, &head->palette, &head->field, &head->cvd, &head->params };
     return head->plane_width == part->plane_width && head->plane_height == part->plane_height &&
            pv_stones_file_same(part, &making);
 }

@@ -21,12 +21,23 @@ static void put_choice(pv_json *json, const pv_param *row, int32_t value)
     pv_json_string(json, row->name, text);
 }
 
-static void put_window(pv_json *json, const char *key, const int32_t *window)
+/* A window, or an extent. */
+static void put_whole_numbers(pv_json *json, const char *key, const int32_t *numbers, int count)
 {
     pv_json_array(json, key);
-    for (int i = 0; i < 4; i++)
-        pv_json_whole(json, NULL, window[i]);
+    for (int i = 0; i < count; i++)
+        pv_json_whole(json, NULL, numbers[i]);
     pv_json_close(json);
+}
+
+/* "#rrggbb #rrggbb"; "" for none. */
+static void put_palette(pv_json *json, const char *key, const pave_palette *palette)
+{
+    char text[8 * 256 + 1] = "";
+    for (int32_t i = 0; i < palette->count; i++)
+        snprintf(text + 8 * i, sizeof text - 8 * (size_t)i, "#%02x%02x%02x%s", palette->rgb[3 * i],
+                 palette->rgb[3 * i + 1], palette->rgb[3 * i + 2], i + 1 < palette->count ? " " : "");
+    pv_json_string(json, key, text);
 }
 
 void pv_json_params(pv_json *json, const pv_table *table, const void *params)
@@ -40,7 +51,9 @@ void pv_json_params(pv_json *json, const pv_table *table, const void *params)
         case PAVE_PARAM_LONG: pv_json_whole(json, row->name, *(const int64_t *)at); break;
         case PAVE_PARAM_SEED: pv_json_unsigned(json, row->name, *(const uint64_t *)at); break;
         case PAVE_PARAM_FLAG: pv_json_flag(json, row->name, *(const int32_t *)at); break;
-        case PAVE_PARAM_WINDOW: put_window(json, row->name, at); break;
+        case PAVE_PARAM_WINDOW: put_whole_numbers(json, row->name, at, 4); break;
+        case PAVE_PARAM_PALETTE: put_palette(json, row->name, at); break;
+        case PAVE_PARAM_EXTENT: put_whole_numbers(json, row->name, at, 2); break;
         case PAVE_PARAM_CHOICE: put_choice(json, row, *(const int32_t *)at); break;
         default: pv_json_whole(json, row->name, *(const int32_t *)at);
         }
@@ -59,11 +72,12 @@ static const char *as_text(const cJSON *item, char text[64])
         pv_text_number(text, 64, item->valuedouble);
         return text;
     }
-    if (!cJSON_IsArray(item) || cJSON_GetArraySize(item) != 4)
+    int count = cJSON_IsArray(item) ? cJSON_GetArraySize(item) : 0, at = 0;
+    if (count != 4 && count != 2)
         return NULL;
-    int at = 0;
-    for (int i = 0; i < 4; i++)
-        at += snprintf(text + at, 64 - (size_t)at, "%s%d", i ? "," : "", cJSON_GetArrayItem(item, i)->valueint);
+    for (int i = 0; i < count; i++)
+        at += snprintf(text + at, 64 - (size_t)at, "%s%d", !i ? "" : count == 4 ? "," : "x",
+                       cJSON_GetArrayItem(item, i)->valueint);
     return text;
 }
 
@@ -78,6 +92,8 @@ pave_result pv_json_read_params(pave_context *context, const char *path, const v
     {
         char text[64];
         const char *value = as_text(item, text);
+        if (value && !*value && !strcmp(item->string, "palette"))
+            continue; /* none */
         if (!result && !value)
             result = pv_fail(context, PAVE_ERR_FORMAT, "%s: %s is of a strange kind", path, item->string);
         if (!result)

@@ -116,7 +116,7 @@ static void add_stone(const preview *job, float *sums, float *plane, int32_t ban
     const pave_stones *stones = job->stones;
     int64_t first = stones->starts[stone], end = stones->starts[stone + 1];
     int32_t left, right;
-    pv_colour colour = pv_stone_colour(stones->colours[stone]);
+    pv_colour colour = pv_laid_colour(stones, stones->colours[stone]);
     float light[3] = { job->light[colour.r], job->light[colour.g], job->light[colour.b] };
     for (int64_t i = first; i < end; i++)
         add_edge(job, plane, (double)band * BAND, &stones->vertices[2 * i],

@@ -11,6 +11,7 @@
 #include "image/image.h"
 #include "util/json.h"
 
+#include <stdio.h>
 #include <string.h>
 
 static void put(void *user, const char *text, size_t length)
@@ -29,6 +30,44 @@ static void put_areas(pv_json *json, const pave_report *report)
     pv_json_close(json);
 }
 
+/* How many stones there are of each colour. The pile knows it, unless its polygons are parts of cut stones. */
+static pave_result count_colours(pave_context *context, pv_pile *pile, int64_t counts[256])
+{
+    pv_stone stone;
+    pave_result result = PAVE_OK;
+    memcpy(counts, pile->counts, 256 * sizeof *counts);
+    if (pile->head.params.border != PAVE_BORDER_CUT)
+        return PAVE_OK;
+    memset(counts, 0, 256 * sizeof *counts);
+    pile->rewind(pile);
+    for (int64_t seen = 1; !result; seen++) {
+        result = pile->next(context, pile, &stone);
+        if (result || !stone.corners)
+            break;
+        counts[stone.colour] += !stone.part;
+        if (seen % 4096 == 0)
+            result = pv_progress(context, (double)seen / pile->head.count);
+    }
+    return result;
+}
+
+static void put_colours(pv_json *json, const pv_pile *pile, const int64_t counts[256])
+{
+    const pave_palette *palette = &pile->head.palette.palette;
+    pv_json_object(json, "colours");
+    for (int32_t i = 0; i < palette->count; i++) {
+        char name[8];
+        snprintf(name, sizeof name, "#%02x%02x%02x", palette->rgb[3 * i], palette->rgb[3 * i + 1],
+                 palette->rgb[3 * i + 2]);
+        pv_json_whole(json, name, counts[i]);
+    }
+    if (!palette->count) {
+        pv_json_whole(json, "black", counts[0]);
+        pv_json_whole(json, "white", counts[255]);
+    }
+    pv_json_close(json);
+}
+
 static void put_report(pv_json *json, const pave_report *report)
 {
     pv_json_whole(json, "steps", report->steps);
@@ -38,6 +77,8 @@ static void put_report(pv_json *json, const pave_report *report)
     pv_json_whole(json, "stones", report->stones);
     pv_json_whole(json, "lost", report->lost);
     pv_json_whole(json, "repaired", report->repaired);
+    pv_json_whole(json, "vanished", report->vanished);
+    pv_json_whole(json, "reduced", report->reduced);
     pv_json_corners(json, "corners_before", report->corners_before);
     pv_json_corners(json, "corners_after", report->corners_after);
     pv_json_number(json, "quads", report->stones ? (double)report->corners_after[4] / report->stones : 0);
@@ -63,6 +104,7 @@ static void put_origin(pv_json *json, const pave_stones *stones)
     pv_json_close(json);
     pv_json_object(json, "parameters");
     pv_json_params(json, &pv_threshold_table, &stones->threshold);
+    pv_json_params(json, &pv_palette_table, &stones->palette);
     pv_json_params(json, &pv_field_table, &stones->field);
     pv_json_params(json, &pv_cvd_table, &stones->cvd);
     pv_json_params(json, &pv_stones_table, &stones->params);
@@ -85,18 +127,23 @@ static void put_seconds_and_versions(pv_json *json, const pave_report *report)
     pv_json_close(json);
 }
 
-pave_result pv_report_write(pave_context *context, const pave_stones *stones, const char *path)
+pave_result pv_report_write(pave_context *context, pv_pile *pile, const char *path)
 {
+    int64_t counts[256];
     pv_json json;
     pv_output *output;
+    const pave_stones *stones = &pile->head;
     const pave_report *report = &stones->report;
-    pave_result result = pv_output_open(context, path, 0, &output);
+    pave_result result = count_colours(context, pile, counts);
+    if (!result)
+        result = pv_output_open(context, path, 0, &output);
     if (result)
         return result;
     pv_json_begin(&json, put, output);
     pv_json_object(&json, NULL);
     put_origin(&json, stones);
     put_report(&json, report);
+    put_colours(&json, pile, counts);
     put_seconds_and_versions(&json, report);
     pv_json_close(&json);
     return pv_output_close(output, PAVE_OK);

@@ -47,6 +47,7 @@ static void fill_head(const pv_pile *pile, int64_t bytes, pv_stone_file_head *he
     head->stones = s->params;
     head->field = s->field;
     head->threshold = s->threshold;
+    head->palette = s->palette;
     head->backend = s->backend;
     memcpy(head->backend_name, s->backend_name, sizeof head->backend_name);
 }
@@ -109,6 +110,7 @@ int pv_stones_file_same(const pv_stone_file_head *head, const pv_making *making)
            same_diagram(head->cvd, *making->cvd) &&
            pv_params_same(&pv_stones_table, &head->stones, making->stones, sizeof head->stones) &&
            pv_params_same(&pv_field_table, &head->field, making->field, sizeof head->field) &&
+           pv_params_same(&pv_palette_table, &head->palette, making->palette, sizeof head->palette) &&
            pv_params_same(&pv_threshold_table, &head->threshold, making->threshold, sizeof head->threshold);
 }
 

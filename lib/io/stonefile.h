@@ -22,6 +22,7 @@ typedef struct pv_stone_file_head {
     pave_stones_params stones;
     pave_field_params field;
     pave_threshold_params threshold;
+    pave_palette_params palette;
     int32_t backend;
     char backend_name[128];
 } pv_stone_file_head;
@@ -36,6 +37,7 @@ pave_result pv_stones_file_write(pave_context *context, struct pv_pile *pile, co
 typedef struct pv_making {
     uint64_t drawing;
     const pave_threshold_params *threshold;
+    const pave_palette_params *palette;
     const pave_field_params *field;
     const pave_cvd_params *cvd;
     const pave_stones_params *stones;

@@ -69,14 +69,15 @@ static void put_stone(pv_output *output, const pv_stone *stone)
     pv_output_text(output, "\"/>\n");
 }
 
-static void put_group_head(pv_output *output, int32_t value)
+static void put_group_head(pv_output *output, const pave_stones *stones, int32_t value)
 {
+    int coloured = stones->palette.palette.count > 0;
     pv_output_text(output, "<g id=\"");
-    pv_output_text(output, value == 0 ? "black" : value == 255 ? "white" : "grey");
-    if (value > 0 && value < 255)
+    pv_output_text(output, coloured ? "colour" : value == 0 ? "black" : value == 255 ? "white" : "grey");
+    if (coloured || (value > 0 && value < 255))
         pv_output_whole(output, value);
     pv_output_text(output, "\" fill=\"");
-    put_colour(output, pv_stone_colour((uint8_t)value));
+    put_colour(output, pv_laid_colour(stones, (uint8_t)value));
     pv_output_text(output, "\">\n");
 }
 
@@ -85,7 +86,7 @@ static pave_result put_group(pave_context *context, pv_output *output, pv_pile *
 {
     pave_result result = PAVE_OK;
     pv_stone stone;
-    put_group_head(output, value);
+    put_group_head(output, &pile->head, value);
     pile->rewind(pile);
     for (int64_t seen = 0; !result; seen++) {
         result = pile->next(context, pile, &stone);

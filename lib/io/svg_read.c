@@ -233,7 +233,8 @@ static pave_result add_stone(reader *r, rgb fill)
         return PAVE_OK;
     if (last > 0 && r->xy[0] == r->xy[2 * last] && r->xy[1] == r->xy[2 * last + 1])
         last--;
-    return pv_collect_add(r->context, r->collection, stones->count, black_or_white(fill), r->xy, last + 1);
+    pv_stone stone = { .number = stones->count, .corners = last + 1, .colour = black_or_white(fill), .xy = r->xy };
+    return pv_collect_add(r->context, r->collection, &stone, (const uint8_t[3]){ fill.r, fill.g, fill.b });
 }
 
 static pave_result read_shape(reader *r, rgb fill)

@@ -22,20 +22,30 @@ static double area_of(const pave_stones *stones, int32_t s)
     return area / 2;
 }
 
-void pv_stones_count(const pave_cvd *cvd, const pv_mesh *mesh, pave_stones *stones)
+void pv_count_cell(pave_report *report, int64_t corners)
+{
+    count_in(report->corners_before, (double)corners);
+}
+
+/* Sites of the window, and how many of them have no stone. */
+static void count_sites(const pave_cvd *cvd, pave_stones *stones)
+{
+    int32_t with = 0;
+    for (int32_t i = 0; i < cvd->site_count; i++)
+        stones->report.sites += cvd->mine[i] != 0;
+    for (int32_t s = 0; s < stones->count; s++)
+        with += !s || stones->sites[s] != stones->sites[s - 1];
+    stones->report.lost = stones->report.sites - with;
+}
+
+void pv_stones_count(const pave_cvd *cvd, pave_stones *stones)
 {
     pave_report *m = &stones->report;
     double sum = 0, squares = 0, half_side = cvd->params.half_side;
     m->half_side = half_side;
     m->area_step = half_side * half_side / 2;
-    for (int32_t r = 0; r < mesh->ring_count; r++) {
-        if (!cvd->mine[r])
-            continue;
-        m->sites++;
-        count_in(m->corners_before, (double)(mesh->first[r + 1] - mesh->first[r]));
-    }
+    count_sites(cvd, stones);
     m->stones = stones->count;
-    m->lost = m->sites - stones->count;
     for (int32_t s = 0; s < stones->count; s++) {
         double area = area_of(stones, s);
         count_in(m->corners_after, (double)(stones->starts[s + 1] - stones->starts[s]));

@@ -81,7 +81,7 @@ static pave_result cover_stone(pave_context *context, ground *g, int32_t s)
     for (int32_t row = top; row < bottom; row++) {
         int32_t n = cross_row(ring, count, row * PV_GRID + HALF, g->crossings);
         for (int32_t k = 0; k + 1 < n; k += 2)
-            cover(g, row, g->crossings[k], g->crossings[k + 1], g->survey->stones->colours[s]);
+            cover(g, row, g->crossings[k], g->crossings[k + 1], g->survey->colour[s]);
         pave_result result = row % 256 == 0 ? pv_progress(context, 0) : PAVE_OK;
         if (result)
             return result;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "field/field.h"
-#include "image/image.h"
+#include "image/palette.h"
 #include "stones/stones.h"
 
 #include "util/polygon.h"
@@ -17,6 +17,7 @@ typedef struct pv_survey {
     int64_t *first; /* ring s is corner[first[s]] .. corner[first[s + 1] - 1] */
     pv_cell *corner;
     uint8_t *valid;
+    uint8_t *colour; /* as a value of the drawing */
     double *area; /* px^2 */
     double half_side;
     double joint_limit; /* px */

@@ -4,6 +4,7 @@
 #include "cvd/cvd.h"
 #include "field/field.h"
 #include "image/image.h"
+#include "util/fixed.h"
 
 #include <math.h>
 #include <string.h>
@@ -11,12 +12,16 @@
 static const pave_stones_params default_params = PAVE_STONES_PARAMS_INIT;
 
 static const pv_param stones_rows[] = {
-    PV_CHOICE(pave_stones_params, mode, "paper", "how stones are made: the text to the letter"),
+    PV_CHOICE(pave_stones_params, mode, "paper|best",
+              "how stones are made: the text to the letter, or so that a paver would lay them"),
     PV_REAL(pave_stones_params, grout, "px", 0, 1024, "joint width; corners move half of it to the centroid"),
     PV_REAL(pave_stones_params, wide_angle, "degrees", 90, 180, "inner angles beyond this are flattened"),
     PV_INTEGER(pave_stones_params, passes, "", 0, 100, "times that wide angles are flattened"),
     PV_REAL(pave_stones_params, drop_angle, "degrees", 90, 180, "corners of a stone wider than this are dropped"),
     PV_REAL(pave_stones_params, small_edge, "half sides", 0, 2, "shorter edges of a stone lose an end"),
+    PV_CHOICE(pave_stones_params, joint_style, "paper|even",
+              "joints of best mode: as uneven as the text's, or as wide everywhere as the grout"),
+    PV_CHOICE(pave_stones_params, thin, "keep|drop", "lines and spots too thin for a stone, in best mode"),
     PV_CHOICE(pave_stones_params, border, "wrapped|cut", "stones across the border of a periodic plane: whole, or cut"),
 };
 
@@ -27,7 +32,8 @@ void pave_stones_params_init(pave_stones_params *params, size_t size)
     pv_params_init(&pv_stones_table, params, size);
 }
 
-static pave_result make(pave_context *context, const pave_image *drawing, const pave_field *field,
+/* The text's way: one shared tessellation, bent; then each stone by itself. */
+static pave_result make_paper(pave_context *context, const pave_image *drawing, const pave_field *field,
                         const pave_cvd *cvd, pave_stones *stones)
 {
     pv_mesh mesh;
@@ -42,17 +48,27 @@ static pave_result make(pave_context *context, const pave_image *drawing, const 
         result = pv_mesh_snap(context, drawing, field, &mesh);
     if (!result)
         result = pv_stones_isolate(context, drawing, cvd, &mesh, stones);
+    for (int32_t r = 0; r < mesh.ring_count && !result; r++)
+        if (cvd->mine[r])
+            pv_count_cell(&stones->report, mesh.first[r + 1] - mesh.first[r]);
+    pv_mesh_free(&mesh);
+    return result;
+}
+
+static pave_result make(pave_context *context, const pave_image *drawing, const pave_field *field,
+                        const pave_cvd *cvd, pave_stones *stones)
+{
+    pave_result result = stones->params.mode == PAVE_MODE_PAPER ? make_paper(context, drawing, field, cvd, stones)
+                                                                : pv_stones_best(context, drawing, cvd, stones);
     if (!result)
-        pv_stones_count(cvd, &mesh, stones);
+        pv_stones_count(cvd, stones);
     if (!result && cvd->repeats && stones->params.border == PAVE_BORDER_CUT)
         result = pv_stones_cut(context, stones);
-    pv_mesh_free(&mesh);
     return result ? result : pv_progress(context, 1);
 }
 
-/* Flattening carries something from cell to cell in each pass, colouring once more, and a stone may lie beyond the
- * window that its home is in. */
-double pv_stones_margin(const pave_cvd *cvd, const pave_stones_params *params)
+/* How far beyond its window a home's site lies, px of the diagram. */
+static double farthest_site(const pave_cvd *cvd)
 {
     const pv_rect *w = &cvd->window;
     int64_t beyond = 0, left = 256 * (int64_t)w->x, top = 256 * (int64_t)w->y;
@@ -66,35 +82,66 @@ double pv_stones_margin(const pave_cvd *cvd, const pave_stones_params *params)
         beyond = top - y > beyond ? top - y : beyond;
         beyond = y - bottom > beyond ? y - bottom : beyond;
     }
-    return (double)beyond / 256 + (2 * (params->passes + 2) + 1) * (double)cvd->radius / 256 + 4;
+    return (double)beyond / 256;
+}
+
+/* Flattening carries something from cell to cell in each pass, colouring once more, and a stone may lie beyond the
+ * window that its home is in. */
+double pv_stones_margin(const pave_cvd *cvd, const pave_stones_params *params)
+{
+    double radius = (double)cvd->radius / 256, margin = farthest_site(cvd) + 4;
+    if (params->mode == PAVE_MODE_PAPER)
+        return margin + (2 * (params->passes + 2) + 1) * radius;
+    return (margin + radius) / cvd->scale + pv_best_reach(cvd->params.half_side, radius / cvd->scale);
+}
+
+double pv_stones_margin_guess(double half_side, const pave_stones_params *params)
+{
+    return params->mode == PAVE_MODE_PAPER ? 0 : pv_best_reach(half_side, 4 * half_side) + 8 * half_side;
 }
 
 double pv_stones_room(const pave_cvd *cvd)
 {
     pv_rect region = { cvd->place.x, cvd->place.y, cvd->width, cvd->height };
     int32_t room = pv_rect_room(cvd->window, region, cvd);
-    return room == INT32_MAX ? INFINITY : room - cvd->exact / 256.0;
+    return room == INT32_MAX ? INFINITY : (room - cvd->exact / 256.0) / cvd->scale;
 }
 
+int32_t pv_stones_supersample(const pave_stones_params *params)
+{
+    return params->mode == PAVE_MODE_PAPER ? 1 : 2;
+}
+
+/* Does an image, or a field, lie under all of the diagram? */
 static int covers(const pv_place *place, int32_t width, int32_t height, const pave_cvd *cvd)
 {
-    return place->width == cvd->place.width && place->height == cvd->place.height && place->x <= cvd->place.x &&
-           place->y <= cvd->place.y && place->x + width >= cvd->place.x + cvd->width &&
-           place->y + height >= cvd->place.y + cvd->height;
+    int64_t s = cvd->scale;
+    return s * place->width == cvd->place.width && s * place->height == cvd->place.height &&
+           s * place->x <= cvd->place.x && s * place->y <= cvd->place.y &&
+           s * (place->x + width) >= cvd->place.x + cvd->width && s * (place->y + height) >= cvd->place.y + cvd->height;
+}
+
+/* The part of the plane that the diagram's region is on, px of the drawing. */
+static pv_rect region_of(const pave_cvd *cvd)
+{
+    int32_t s = cvd->scale, x = (int32_t)pv_floor_div(cvd->place.x, s), y = (int32_t)pv_floor_div(cvd->place.y, s);
+    return (pv_rect){ x, y, (int32_t)pv_ceil_div(cvd->place.x + cvd->width, s) - x,
+                      (int32_t)pv_ceil_div(cvd->place.y + cvd->height, s) - y };
 }
 
 /* Of a plane that repeats: what the diagram has around it too. */
 static pave_result repeat_inputs(pave_context *context, const pave_cvd *cvd, const pave_image **drawing,
                                  const pave_field **field, pave_image **own_drawing, pave_field **own_field)
 {
-    const pv_place *at = &cvd->place;
-    if (!cvd->repeats || !(*field)->wraps || !pv_is_whole(&(*drawing)->place, at->width, at->height) ||
-        (*field)->width != at->width || (*field)->height != at->height || (*drawing)->type != PAVE_U8 ||
+    pv_rect at = region_of(cvd);
+    int32_t width = cvd->place.width / cvd->scale, height = cvd->place.height / cvd->scale;
+    if (!cvd->repeats || !(*field)->wraps || !pv_is_whole(&(*drawing)->place, width, height) ||
+        (*field)->width != width || (*field)->height != height || (*drawing)->type != PAVE_U8 ||
         (*drawing)->channels != 1)
         return PAVE_OK;
-    pave_result result = pv_image_repeat(context, *drawing, at->x, at->y, cvd->width, cvd->height, own_drawing);
+    pave_result result = pv_image_repeat(context, *drawing, at.x, at.y, at.width, at.height, own_drawing);
     if (!result)
-        result = pv_field_repeat(context, *field, at->x, at->y, cvd->width, cvd->height, own_field);
+        result = pv_field_repeat(context, *field, at.x, at.y, at.width, at.height, own_field);
     if (result)
         return result;
     *drawing = *own_drawing;
@@ -110,6 +157,11 @@ static pave_result check_inputs(pave_context *context, const pave_image *drawing
     if (!covers(&drawing->place, drawing->width, drawing->height, cvd) ||
         !covers(&field->place, field->width, field->height, cvd))
         return pv_fail(context, PAVE_ERR_ARGUMENT, "drawing, field and diagram are not of one size");
+    if (params->mode == PAVE_MODE_BEST && cvd->repeats)
+        return pv_fail(context, PAVE_ERR_UNSUPPORTED, "best mode does not lay periodic planes: take --mode paper");
+    if (params->mode == PAVE_MODE_PAPER && cvd->scale > 1)
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "the paper's mode takes a diagram on the drawing's own pixels: its "
+                       "supersample is %d", (int)cvd->scale);
     double margin = pv_stones_margin(cvd, params), more = margin - pv_stones_room(cvd);
     double needed = ceil(cvd->params.window_margin + more / cvd->params.half_side);
     if (more > 0)
@@ -125,12 +177,12 @@ static pave_result make_stones(pave_context *context, const pave_image *drawing,
     pave_stones *stones = pv_allocate_zeroed(context, 1, sizeof *stones, &result);
     if (!stones)
         return result;
-    stones->x = cvd->window.x;
-    stones->y = cvd->window.y;
-    stones->plane_width = cvd->place.width;
-    stones->plane_height = cvd->place.height;
-    stones->width = cvd->window.width;
-    stones->height = cvd->window.height;
+    stones->x = cvd->window.x / cvd->scale;
+    stones->y = cvd->window.y / cvd->scale;
+    stones->plane_width = cvd->place.width / cvd->scale;
+    stones->plane_height = cvd->place.height / cvd->scale;
+    stones->width = cvd->window.width / cvd->scale;
+    stones->height = cvd->window.height / cvd->scale;
     stones->report.size = sizeof stones->report;
     stones->report.steps = cvd->steps;
     stones->report.movement = cvd->movement;
@@ -138,6 +190,9 @@ static pave_result make_stones(pave_context *context, const pave_image *drawing,
     stones->params = *params;
     stones->field = field->params;
     pave_threshold_params_init(&stones->threshold, sizeof stones->threshold);
+    pave_palette_params_init(&stones->palette, sizeof stones->palette);
+    stones->palette.colours = drawing->palette.count;
+    stones->palette.palette = drawing->palette;
     stones->backend = cvd->backend;
     memcpy(stones->backend_name, cvd->backend_name, sizeof stones->backend_name);
     pv_call call = pv_call_begin(context, "stones", 0, 1);
@@ -179,6 +234,7 @@ void pave_stones_free(pave_stones **stones)
     pv_release((*stones)->vertices);
     pv_release((*stones)->colours);
     pv_release((*stones)->sites);
+    pv_release((*stones)->rgb);
     pv_release(*stones);
     *stones = NULL;
 }
@@ -191,4 +247,6 @@ int32_t pave_stones_count(const pave_stones *stones) { return stones->count; }
 const int64_t *pave_stones_starts(const pave_stones *stones) { return stones->starts; }
 const double *pave_stones_vertices(const pave_stones *stones) { return stones->vertices; }
 const uint8_t *pave_stones_colours(const pave_stones *stones) { return stones->colours; }
+const pave_palette *pave_stones_palette(const pave_stones *stones) { return &stones->palette.palette; }
+const uint8_t *pave_stones_rgb(const pave_stones *stones) { return stones->rgb; }
 const int32_t *pave_stones_sites(const pave_stones *stones) { return stones->sites; }

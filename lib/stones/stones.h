@@ -18,11 +18,13 @@ struct pave_stones {
     double *vertices;
     uint8_t *colours;
     int32_t *sites;
+    uint8_t *rgb; /* r, g, b of each stone, where that is all that is known of its colour; else NULL */
     pave_report report;
     pave_cvd_params cvd; /* how it was made, for the report */
     pave_stones_params params;
     pave_field_params field;
     pave_threshold_params threshold;
+    pave_palette_params palette; /* its count is 0: black and white */
     int32_t backend;
     char backend_name[128];
 };
@@ -70,16 +72,27 @@ pave_result pv_mesh_snap(pave_context *context, const pave_image *drawing, const
 pave_result pv_stones_isolate(pave_context *context, const pave_image *drawing, const pave_cvd *cvd,
                               const pv_mesh *mesh, pave_stones *out);
 
+/* best.c: the stones of the best mode; `out` has its window and parameters set. */
+pave_result pv_stones_best(pave_context *context, const pave_image *drawing, const pave_cvd *cvd, pave_stones *out);
+
 /* cut.c: cuts stones along the borders of the plane's periods and moves all parts into the first. */
 pave_result pv_stones_cut(pave_context *context, pave_stones *stones);
 
-/* count.c: counts and areas of finished stones. */
-void pv_stones_count(const pave_cvd *cvd, const pv_mesh *mesh, pave_stones *stones);
+/* count.c: counts a cell of so many vertices as traced; counts and areas of finished stones. */
+void pv_count_cell(pave_report *report, int64_t corners);
+void pv_stones_count(const pave_cvd *cvd, pave_stones *stones);
 
 /* How much deeper than where its labels begin to be exact a diagram's window must lie for its stones to be those of
  * the whole, and how much deeper it lies; both px. */
 double pv_stones_margin(const pave_cvd *cvd, const pave_stones_params *params);
 double pv_stones_room(const pave_cvd *cvd);
+double pv_stones_margin_guess(double half_side, const pave_stones_params *params);
+
+/* best.c: how far anything in the best mode can be felt where no pixel is farther from its site than `radius`, px. */
+double pv_best_reach(double half_side, double radius);
+
+/* The diagram's pixels to one of the drawing that a mode is best with. */
+int32_t pv_stones_supersample(const pave_stones_params *params);
 
 /* Pixel value of the drawing under a point, the nearest one for points on the rim or beyond. */
 uint8_t pv_colour_at(const pave_image *drawing, pv_point p);

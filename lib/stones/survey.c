@@ -68,7 +68,37 @@ static pave_result allocate(pave_context *context, pv_survey *survey)
     if (!result)
         survey->valid = pv_allocate(context, n, sizeof *survey->valid, &result);
     if (!result)
+        survey->colour = pv_allocate(context, n, sizeof *survey->colour, &result);
+    if (!result)
         survey->area = pv_allocate(context, n, sizeof *survey->area, &result);
+    return result;
+}
+
+/* What a stone is painted with. Those without a palette are 0 or 255. */
+static pv_rgb paint_of(const pave_stones *stones, int32_t s)
+{
+    uint8_t value = stones->colours[s];
+    const uint8_t *rgb = stones->rgb ? stones->rgb + 3 * (int64_t)s : stones->palette.palette.rgb + 3 * value;
+    int known = stones->rgb || value < stones->palette.palette.count;
+    return known ? (pv_rgb){ rgb[0], rgb[1], rgb[2] } : (pv_rgb){ value, value, value };
+}
+
+static uint8_t black_or_white(pv_rgb c)
+{
+    return 299 * c.r + 587 * c.g + 114 * c.b >= 128000 ? 255 : 0;
+}
+
+/* Stones in the drawing's colours: its nearest entry, black or white by luma. */
+static pave_result translate(pave_context *context, pv_survey *survey)
+{
+    const pave_palette *palette = &survey->drawing->palette;
+    pv_codebook *book = NULL;
+    pave_result result = palette->count ? pv_codebook_create(context, palette, &book) : PAVE_OK;
+    for (int32_t s = 0; s < survey->count && !result; s++) {
+        pv_rgb paint = paint_of(survey->stones, s);
+        survey->colour[s] = book ? pv_nearest_entry(book, paint) : black_or_white(paint);
+    }
+    pv_release(book);
     return result;
 }
 
@@ -93,6 +123,8 @@ pave_result pv_survey_make(pave_context *context, const pave_image *drawing, con
     int32_t ways[2] = { 0, 0 };
     if (!result)
         result = take_all(context, out, ways);
+    if (!result)
+        result = translate(context, out);
     *clockwise = ways[0] < ways[1] ? ways[0] : ways[1];
     return result;
 }
@@ -102,6 +134,7 @@ void pv_survey_free(pv_survey *survey)
     pv_release(survey->first);
     pv_release(survey->corner);
     pv_release(survey->valid);
+    pv_release(survey->colour);
     pv_release(survey->area);
     memset(survey, 0, sizeof *survey);
 }

@@ -26,16 +26,11 @@ double pv_width_of_degrees(double degrees)
     return -(c0 + (c1 - c0) * (quarters - below)) / 65536;
 }
 
-static int64_t cross(pv_cell a, pv_cell b, pv_cell c)
-{
-    return ((int64_t)b.x - a.x) * ((int64_t)a.y - c.y) - ((int64_t)a.y - b.y) * ((int64_t)c.x - a.x);
-}
-
 int64_t pv_ring_area(const pv_cell *ring, int32_t count)
 {
     int64_t area = 0;
     for (int32_t i = 1; i + 1 < count; i++)
-        area += cross(ring[0], ring[i], ring[i + 1]);
+        area += pv_cell_turn(ring[0], ring[i], ring[i + 1]);
     return area;
 }
 
@@ -51,12 +46,13 @@ static int sign(int64_t v)
 
 static int on_side(pv_cell a, pv_cell b, pv_cell p)
 {
-    return cross(a, b, p) == 0 && within(a.x, b.x, p.x) && within(a.y, b.y, p.y);
+    return pv_cell_turn(a, b, p) == 0 && within(a.x, b.x, p.x) && within(a.y, b.y, p.y);
 }
 
 static int sides_touch(pv_cell a, pv_cell b, pv_cell c, pv_cell d)
 {
-    if (sign(cross(a, b, c)) * sign(cross(a, b, d)) < 0 && sign(cross(c, d, a)) * sign(cross(c, d, b)) < 0)
+    if (sign(pv_cell_turn(a, b, c)) * sign(pv_cell_turn(a, b, d)) < 0 &&
+        sign(pv_cell_turn(c, d, a)) * sign(pv_cell_turn(c, d, b)) < 0)
         return 1;
     return on_side(a, b, c) || on_side(a, b, d) || on_side(c, d, a) || on_side(c, d, b);
 }
@@ -65,22 +61,42 @@ static int sides_touch(pv_cell a, pv_cell b, pv_cell c, pv_cell d)
 static int folds_back(pv_cell a, pv_cell b, pv_cell c)
 {
     int64_t along = ((int64_t)a.x - b.x) * ((int64_t)c.x - b.x) + ((int64_t)a.y - b.y) * ((int64_t)c.y - b.y);
-    return cross(a, b, c) == 0 && along >= 0;
+    return pv_cell_turn(a, b, c) == 0 && along >= 0;
+}
+
+/* Does the side from corner i touch others but its neighbours? Those wholly on one side of its line are soon passed. */
+static int side_is_clear(const pv_cell *ring, int32_t count, int32_t i)
+{
+    int32_t j = i + 1 < count ? i + 1 : 0, m = j + 1 < count ? j + 1 : 0;
+    int64_t turn = pv_cell_turn(ring[i], ring[j], ring[m]);
+    for (int32_t n = m + 1 < count ? m + 1 : 0; n != i; m = n, n = n + 1 < count ? n + 1 : 0) {
+        int64_t next = pv_cell_turn(ring[i], ring[j], ring[n]);
+        if (!((turn > 0 && next > 0) || (turn < 0 && next < 0)) && sides_touch(ring[i], ring[j], ring[m], ring[n]))
+            return 0;
+        turn = next;
+    }
+    return 1;
 }
 
 int pv_ring_valid(const pv_cell *ring, int32_t count)
 {
     if (count < 3 || pv_ring_area(ring, count) <= 0)
         return 0;
-    for (int32_t i = 0; i < count; i++) {
-        pv_cell a = ring[i], b = ring[(i + 1) % count];
-        if (folds_back(a, b, ring[(i + 2) % count]))
+    for (int32_t i = 0; i < count; i++)
+        if (folds_back(ring[i], ring[(i + 1) % count], ring[(i + 2) % count]) || !side_is_clear(ring, count, i))
             return 0;
-        for (int32_t j = i + 2; j < count; j++)
-            if ((j + 1) % count != i && sides_touch(a, b, ring[j], ring[(j + 1) % count]))
-                return 0;
-    }
     return 1;
+}
+
+int pv_ring_valid_at(const pv_cell *ring, int32_t count, int32_t at)
+{
+    if (count < 3 || pv_ring_area(ring, count) <= 0)
+        return 0;
+    int32_t before = at ? at - 1 : count - 1, first = before ? before - 1 : count - 1;
+    int32_t after = at + 1 < count ? at + 1 : 0, last = after + 1 < count ? after + 1 : 0;
+    return !folds_back(ring[first], ring[before], ring[at]) && !folds_back(ring[before], ring[at], ring[after]) &&
+           !folds_back(ring[at], ring[after], ring[last]) && side_is_clear(ring, count, before) &&
+           side_is_clear(ring, count, at);
 }
 
 static int by_place(const void *a, const void *b)
@@ -97,7 +113,7 @@ int32_t pv_convex_hull(pv_cell *points, int32_t count, pv_cell *hull)
     for (int32_t pass = 0, start = 0; pass < 2; pass++, start = n) {
         for (int32_t i = 0; i < count; i++) {
             pv_cell p = points[pass ? count - 1 - i : i];
-            while (n >= start + 2 && cross(hull[n - 2], hull[n - 1], p) <= 0)
+            while (n >= start + 2 && pv_cell_turn(hull[n - 2], hull[n - 1], p) <= 0)
                 n--;
             hull[n++] = p;
         }

@@ -20,11 +20,20 @@ typedef struct pv_cell {
     int32_t x, y;
 } pv_cell;
 
+/* Twice the area of the triangle a b c, positive for a left turn. */
+static inline int64_t pv_cell_turn(pv_cell a, pv_cell b, pv_cell c)
+{
+    return ((int64_t)b.x - a.x) * ((int64_t)a.y - c.y) - ((int64_t)a.y - b.y) * ((int64_t)c.x - a.x);
+}
+
 /* Twice the signed area, positive for a ring as above. */
 int64_t pv_ring_area(const pv_cell *ring, int32_t count);
 
 /* No two sides touch but neighbours at their common corner, and the area is positive. */
 int pv_ring_valid(const pv_cell *ring, int32_t count);
+
+/* The same where only corner `at` of a valid ring has been moved. */
+int pv_ring_valid_at(const pv_cell *ring, int32_t count, int32_t at);
 
 /* The convex hull, written to `hull` (room for count + 1) without corners on straight sides. Sorts `points`. Returns
  * its number of corners. */

@@ -1,5 +1,5 @@
 #!/bin/sh
-# The independent judge's bars for the paper's mode on the four reference drawings, the effect of the random stretch
+# The independent judge's bars for both modes on the four reference drawings, the effect of the random stretch
 # (Fig. 12), and every other drawing without complaint.
 set -eu
 build=$(cd "$2" && pwd)
@@ -24,13 +24,31 @@ judge flower 0.98 0.0040 320
 judge checker 0.985 0.0010 120
 judge text 0.98 0.0110 850
 
+best() { # best NAME QUADS MISMATCH STRADDLERS (of 16384): without joints and with
+  "$pave" lay "$drawings/$1.png" --mode best --half-side 4 --grout 0 --quiet -o "$work/$1.svg"
+  /usr/bin/python3 "$PAVE_SHARED/check/check_stones.py" "$drawings/$1.png" "$work/$1.svg" --min-quads "$2" --max-mismatch "$3" \
+    --max-straddlers "$(awk "BEGIN {print $4 / 16384}")" --max-overlap 0 --max-invalid 0 --max-clockwise 0 \
+    >"$work/said" || failed=1
+  echo "$1, best mode: $(tail -n 1 "$work/said")"
+  "$pave" lay "$drawings/$1.png" --mode best --half-side 4 --grout 1 --quiet -o "$work/$1.svg"
+  /usr/bin/python3 "$PAVE_SHARED/check/check_stones.py" "$drawings/$1.png" "$work/$1.svg" --max-overlap 0 --max-invalid 0 \
+    --max-clockwise 0 >"$work/said" || failed=1
+  echo "$1, best mode with joints: $(tail -n 1 "$work/said")"
+}
+best waves 0.99 0.0005 10
+best flower 0.985 0.0007 40
+best checker 0.99 0.00005 0
+best text 0.93 0.0025 300
+
 cv() {
-  "$pave" lay "$drawings/waves.png" --half-side 4 --grout 0 --quiet --json "$@" |
+  "$pave" lay "$drawings/waves.png" --mode "$mode" --half-side 4 --grout 0 --quiet --json "$@" |
     /usr/bin/python3 -c 'import json, sys; print(json.load(sys.stdin)["area_cv"])'
 }
-random=$(cv) fixed=$(cv --scale-min 1 --scale-max 1)
-echo "area CV: $random with random s_x, $fixed with s_x = 1"
-awk "BEGIN {exit !($random >= 1.3 * $fixed)}" || failed=1
+for mode in paper best; do
+  random=$(cv) fixed=$(cv --scale-min 1 --scale-max 1)
+  echo "area CV, $mode mode: $random with random s_x, $fixed with s_x = 1"
+  [ $mode = best ] || awk "BEGIN {exit !($random >= 1.3 * $fixed)}" || failed=1
+done
 
 count=0
 for drawing in "$PAVE_SHARED"/data/drawings/*.png; do

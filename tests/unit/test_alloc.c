@@ -36,6 +36,9 @@ static uint64_t lay_once(pave_context *context, int32_t metric, pave_result *res
     shape.height = 30;
     field.metric = metric;
     params.field = &field;
+    pave_palette_params palette = PAVE_PALETTE_PARAMS_INIT;
+    palette.colours = metric ? 2 : 0;
+    params.palette = &palette;
     *result = pave_image_create(context, &shape, pixels, &image);
     if (!*result)
         *result = pave_lay(context, image, &params, &stones);

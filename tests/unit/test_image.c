@@ -139,14 +139,14 @@ static void bitmaps_in_files_are_those_in_memory(void **state)
     pv_bitmap memory, file, small;
     uint64_t hash[2];
     FILE *temporary = tmpfile();
-    assert_ok(pv_bitmap_create(context, WIDTH, HEIGHT, &memory));
+    assert_ok(pv_bitmap_create(context, WIDTH, HEIGHT, 1, &memory));
     pv_bitmap_store(&memory, 0, 0, drawing);
-    assert_ok(pv_bitmap_create_in(context, WIDTH, HEIGHT, dup(fileno(temporary)), &file));
+    assert_ok(pv_bitmap_create_in(context, WIDTH, HEIGHT, 1, dup(fileno(temporary)), &file));
     fclose(temporary);
     for (int32_t y = 0; y < HEIGHT; y += ROWS) {
         int32_t rows = HEIGHT - y < ROWS ? HEIGHT - y : ROWS;
         pv_bitmap band;
-        assert_ok(pv_bitmap_create(context, WIDTH, rows, &band));
+        assert_ok(pv_bitmap_create(context, WIDTH, rows, 1, &band));
         for (int32_t x = 0, columns; x < WIDTH; x += columns) {
             columns = WIDTH - x < 61 ? WIDTH - x : 61;
             assert_ok(pv_bitmap_cut(context, &memory, x, y, columns, rows, &a));
@@ -171,7 +171,7 @@ static void bitmaps_in_files_are_those_in_memory(void **state)
     }
     pv_bitmap_free(&file);
     int full = open("/dev/full", O_RDWR);
-    assert_int_equal(pv_bitmap_create_in(context, WIDTH, HEIGHT, full, &small), PAVE_ERR_IO);
+    assert_int_equal(pv_bitmap_create_in(context, WIDTH, HEIGHT, 1, full, &small), PAVE_ERR_IO);
     assert_int_equal(pv_bitmap_put(context, &small, 0, &memory), PAVE_ERR_IO);
     assert_non_null(strstr(pave_context_message(context), "No space left"));
     pv_bitmap_free(&small);

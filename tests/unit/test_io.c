@@ -434,7 +434,7 @@ static uint64_t hash_of_image(const char *path)
     pave_image *image = must_read(path), *drawing = NULL;
     pv_bitmap bitmap;
     assert_int_equal(pave_image_threshold(context, image, NULL, &drawing), PAVE_OK);
-    assert_int_equal(pv_bitmap_create(context, drawing->width, drawing->height, &bitmap), PAVE_OK);
+    assert_int_equal(pv_bitmap_create(context, drawing->width, drawing->height, 1, &bitmap), PAVE_OK);
     pv_bitmap_store(&bitmap, 0, 0, drawing);
     assert_int_equal(pv_bitmap_hash(context, &bitmap, &hash), PAVE_OK);
     pv_bitmap_free(&bitmap);
@@ -455,7 +455,7 @@ static void drawings_are_their_images(void **state)
         pv_room room = { 1 << 30, in_folder("drawing") };
         pv_bitmap bitmap;
         uint64_t hash = 0, again = 0;
-        if (pv_drawing_read(context, sample(entry->d_name), &threshold, &room, &bitmap))
+        if (pv_drawing_read(context, sample(entry->d_name), &threshold, NULL, &room, &bitmap))
             continue; /* refused, or lying on its side */
         assert_non_null(bitmap.bits);
         assert_int_equal(pv_bitmap_hash(context, &bitmap, &hash), PAVE_OK);
@@ -463,7 +463,7 @@ static void drawings_are_their_images(void **state)
         pv_bitmap_free(&bitmap);
         assert_true(hash == hash_of_image(sample(entry->d_name)));
         same++;
-        pave_result result = pv_drawing_read(context, sample(entry->d_name), &threshold, &room, &bitmap);
+        pave_result result = pv_drawing_read(context, sample(entry->d_name), &threshold, NULL, &room, &bitmap);
         assert_true(result == PAVE_OK || result == PAVE_ERR_LIMIT); /* what is decoded at once does not fit */
         if (result)
             continue;
@@ -508,7 +508,7 @@ static void damaged_samples(void **state)
             pv_bitmap bitmap;
             pv_room room = { 1 << 20, in_folder("drawing") };
             const pave_threshold_params threshold = PAVE_THRESHOLD_PARAMS_INIT;
-            if (!pv_drawing_read(context, in_folder("damaged"), &threshold, &room, &bitmap))
+            if (!pv_drawing_read(context, in_folder("damaged"), &threshold, NULL, &room, &bitmap))
                 pv_bitmap_free(&bitmap);
         }
     }

@@ -1,0 +1,231 @@
+/* The best mode: pieces of cells, traced into a tessellation; vertices made flat so that faces have four corners; in
+ * each face a stone. */
+#include "stones/assign.h"
+#include "stones/collapse.h"
+#include "stones/contour.h"
+#include "stones/inscribe.h"
+#include "stones/realise.h"
+#include "stones/stones.h"
+
+#include "cvd/cvd.h"
+#include "image/image.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { MATCH_CELLS = 8, REALISE_CELLS = 6, ROUNDS = 12, COLLAPSES = 3 };
+
+/* Lengths of the tessellation that follow from the size of stones. */
+static int64_t half_side(const pave_cvd *cvd)
+{
+    return (int64_t)(cvd->params.half_side * PV_GRID + 0.5);
+}
+
+/* Pieces merge with neighbours' neighbours, and are cut; chains are drawn by what is around them, and again crack by
+ * crack; sides collapse if they are the shortest among faces' neighbours; then blocks follow on blocks. */
+double pv_best_reach(double half_side, double radius)
+{
+    double cell = 2 * radius, pieces = (2 * PV_PIECES_ROUNDS + 1) * cell, chains = PV_CONTOUR_REACH + 2 + 4 * cell;
+    double collapses = 2 * COLLAPSES * cell, match = 2 * (4 * 2 * half_side * MATCH_CELLS + cell);
+    double realise = 2 * (4 * 2 * half_side * REALISE_CELLS + cell);
+    return pieces + chains + collapses + match + realise;
+}
+
+static pave_result split(pave_context *context, const pave_image *drawing, const pave_cvd *cvd, int fill,
+                         pv_pieces *pieces)
+{
+    pv_label_image image = { .width = cvd->width, .height = cvd->height, .labels = cvd->labels,
+                             .label_count = cvd->site_count, .colours = drawing->pixels, .scale = cvd->scale,
+                             .colour_x = cvd->place.x - cvd->scale * drawing->place.x,
+                             .colour_y = cvd->place.y - cvd->scale * drawing->place.y,
+                             .colour_width = drawing->width };
+    double side = cvd->scale * cvd->params.half_side;
+    return pv_pieces_split(context, &image, (int64_t)(side * side), fill, pieces);
+}
+
+/* From labels to faces. */
+static pave_result trace(pave_context *context, const pave_image *drawing, const pave_cvd *cvd,
+                         const pave_stones_params *params, pv_tess *tess)
+{
+    pv_pieces pieces;
+    pv_net net = { 0 };
+    pv_outline outline = { 0 };
+    pv_tess_place place = { cvd->place.x, cvd->place.y, cvd->scale, cvd->params.half_side };
+    pave_result result = split(context, drawing, cvd, params->thin == PAVE_THIN_DROP, &pieces);
+    if (!result)
+        result = pv_net_trace(context, &pieces, &net);
+    if (!result)
+        result = pv_outline_draw(context, &net, &place, &outline);
+    if (!result)
+        result = pv_tess_build(context, &net, &place, &outline, tess);
+    pv_outline_free(&outline);
+    pv_net_free(&net);
+    pv_pieces_free(&pieces);
+    return result;
+}
+
+/* Stones of all faces, before they are put one after the other: up to two a face. */
+typedef struct quarry {
+    const pave_stones_params *params;
+    const pave_cvd *cvd;
+    const pv_tess *tess;
+    pv_cell *corner;     /* of face f from 3 * tess->first[f] on */
+    int32_t (*count)[2]; /* of face f; 0: no stone */
+    uint8_t *cut;        /* stones that the joint took corners of, or all */
+} quarry;
+
+enum { TASK = 256 };
+
+#define MOST_LOSS 0.11 /* of a cell's area, for a stone of four corners */
+
+/* The stones of a cell, one after the other. */
+static void cut_cell(const pv_stone_cell *cell, pv_cell *out, int32_t counts[2])
+{
+    pv_cell first[PV_STONE_MOST], second[PV_STONE_MOST];
+    uint8_t corner[PV_STONE_MOST];
+    counts[0] = pv_stone_fit(cell, MOST_LOSS, out);
+    counts[1] = 0;
+    if (counts[0])
+        return;
+    if (!pv_stone_part(cell, MOST_LOSS, first, second, counts)) {
+        counts[0] = pv_stone_inscribe(cell, MOST_LOSS, out);
+        return;
+    }
+    pv_stone_mark(first, counts[0], corner);
+    pv_stone_cell a = { counts[0], first, corner };
+    counts[0] = pv_stone_fit(&a, MOST_LOSS, out);
+    pv_stone_mark(second, counts[1], corner);
+    pv_stone_cell b = { counts[1], second, corner };
+    counts[1] = pv_stone_fit(&b, MOST_LOSS, out + counts[0]);
+}
+
+static int32_t open_joints(const quarry *q, pv_cell *stone, int32_t count)
+{
+    double way = q->params->grout / 2 * PV_GRID;
+    return q->params->joint_style == PAVE_JOINT_PAPER ? pv_stone_draw_in(stone, count, way)
+                                                      : pv_stone_offset(stone, count, way);
+}
+
+static void cut_face(const quarry *q, int32_t f)
+{
+    pv_cell ring[PV_STONE_MOST], stones[2 * PV_STONE_MOST], *out = q->corner + 3 * q->tess->first[f];
+    uint8_t corner[PV_STONE_MOST];
+    int32_t before[2] = { 0, 0 }, count = pv_tess_ring(q->tess, f, ring, PV_STONE_MOST);
+    if (count > PV_STONE_MOST)
+        return;
+    for (int32_t i = 0; i < count; i++)
+        corner[i] = (uint8_t)pv_is_corner(q->tess, q->tess->first[f] + i);
+    pv_stone_cell cell = { count, ring, corner };
+    cut_cell(&cell, stones, before);
+    for (int k = 0; k < 2 && before[k]; k++) {
+        pv_cell *stone = stones + (k ? before[0] : 0);
+        int32_t after = open_joints(q, stone, before[k]);
+        q->cut[f] += after < before[k];
+        q->count[f][k] = after;
+        memcpy(out, stone, (size_t)after * sizeof *stone);
+        out += after;
+    }
+}
+
+static void cut_faces(void *data, int32_t task, int32_t worker)
+{
+    const quarry *q = data;
+    (void)worker;
+    for (int32_t f = task * TASK; f < (task + 1) * TASK && f < q->tess->face_count; f++)
+        if (q->cvd->mine[q->tess->label[f]])
+            cut_face(q, f);
+}
+
+static pave_result allocate(pave_context *context, const pv_tess *tess, pave_stones *out)
+{
+    pave_result result = PAVE_OK;
+    size_t n = 2 * (size_t)tess->face_count, corners = 3 * (size_t)tess->first[tess->face_count];
+    out->starts = pv_allocate_zeroed(context, n + 1, sizeof *out->starts, &result);
+    if (!result)
+        out->vertices = pv_allocate(context, corners, 2 * sizeof *out->vertices, &result);
+    if (!result)
+        out->colours = pv_allocate(context, n, sizeof *out->colours, &result);
+    if (!result)
+        out->sites = pv_allocate(context, n, sizeof *out->sites, &result);
+    return result;
+}
+
+/* How many periods a copy of a site is away, grid units. */
+static pv_cell shift_of(const pave_cvd *cvd, int32_t site)
+{
+    pv_shift s = cvd->shifts ? cvd->shifts[site] : (pv_shift){ 0, 0 };
+    return (pv_cell){ (int32_t)((int64_t)s.x * PV_GRID / (256 * cvd->scale)),
+                      (int32_t)((int64_t)s.y * PV_GRID / (256 * cvd->scale)) };
+}
+
+static void add_stone(const quarry *q, int32_t face, int k, pave_stones *out)
+{
+    int64_t at = out->starts[out->count], from = 3 * q->tess->first[face] + (k ? q->count[face][0] : 0);
+    pv_cell shift = shift_of(q->cvd, q->tess->label[face]);
+    for (int32_t i = 0; i < q->count[face][k]; i++) {
+        out->vertices[2 * (at + i)] = (double)(q->corner[from + i].x - shift.x) / PV_GRID;
+        out->vertices[2 * (at + i) + 1] = (double)(q->corner[from + i].y - shift.y) / PV_GRID;
+    }
+    out->colours[out->count] = q->tess->colour[face];
+    out->sites[out->count] = q->cvd->numbers[q->tess->label[face]];
+    out->starts[++out->count] = at + q->count[face][k];
+}
+
+static void count_cells(const quarry *q, pave_stones *out)
+{
+    const pv_tess *tess = q->tess;
+    for (int32_t f = 0; f < tess->face_count; f++) {
+        int64_t junctions = 0;
+        if (!q->cvd->mine[tess->label[f]])
+            continue;
+        for (int64_t p = tess->first[f]; p < tess->first[f + 1]; p++)
+            junctions += !(tess->kind[tess->corner[p]] & PV_BEND);
+        pv_count_cell(&out->report, junctions);
+        out->report.vanished += !q->count[f][0] && !q->count[f][1];
+        out->report.reduced += q->cut[f];
+    }
+}
+
+static pave_result isolate(pave_context *context, const pave_cvd *cvd, const pv_tess *tess, pave_stones *out)
+{
+    quarry q = { &out->params, cvd, tess, NULL, NULL, NULL };
+    pave_result result = allocate(context, tess, out);
+    if (!result)
+        q.corner = pv_allocate(context, 3 * (size_t)tess->first[tess->face_count], sizeof *q.corner, &result);
+    if (!result)
+        q.count = pv_allocate_zeroed(context, (size_t)tess->face_count, sizeof *q.count, &result);
+    if (!result)
+        q.cut = pv_allocate_zeroed(context, (size_t)tess->face_count, sizeof *q.cut, &result);
+    if (!result)
+        result = pv_parallel(context, (tess->face_count + TASK - 1) / TASK, cut_faces, &q, 0.8, 0.98);
+    for (int32_t f = 0; f < tess->face_count && !result; f++)
+        for (int k = 0; k < 2; k++)
+            if (q.count[f][k])
+                add_stone(&q, f, k, out);
+    if (!result)
+        count_cells(&q, out);
+    pv_release(q.corner);
+    pv_release(q.count);
+    pv_release(q.cut);
+    return result;
+}
+
+pave_result pv_stones_best(pave_context *context, const pave_image *drawing, const pave_cvd *cvd, pave_stones *out)
+{
+    pv_tess tess = { 0 };
+    int64_t h = half_side(cvd);
+    pv_assign_params assign = { 2 * h * MATCH_CELLS, 75, 35 };
+    pv_realise_params realise = { 2 * h * REALISE_CELLS, ROUNDS, (int32_t)h, (int32_t)(h / 4), (int32_t)(h * 5 / 16),
+                                  (int32_t)(h / 8) };
+    pave_result result = trace(context, drawing, cvd, &out->params, &tess);
+    if (!result)
+        result = pv_tess_collapse(context, &tess, h / 2, 4, COLLAPSES);
+    if (!result)
+        result = pv_assign_flats(context, &assign, &tess, 0.3, 0.5);
+    if (!result)
+        result = pv_realise_flats(context, &realise, &tess, 0.5, 0.8);
+    if (!result)
+        result = isolate(context, cvd, &tess, out);
+    pv_tess_free(&tess);
+    return result;
+}

@@ -1,0 +1,28 @@
+/* Where junctions lie, and how chains bend between them. */
+#pragma once
+
+#include "stones/net.h"
+#include "stones/tess.h"
+
+typedef struct pv_outline {
+    pv_cell *junction;
+    uint8_t *kind;     /* of junctions, PV_BORDER, PV_CONTOUR */
+    int64_t *first;    /* bends of chain c: bend[first[c]] .. bend[first[c + 1] - 1], from its start */
+    pv_cell *bend;
+    int64_t room;
+    uint8_t *rough;    /* chains that have one bend in their middle: 1; that are kept crack by crack: 2 */
+} pv_outline;
+
+enum { PV_CONTOUR_REACH = 12 }; /* px along the contour that a place on it depends on */
+
+/* Straight chains between pieces of one colour; between colours the contour: a line that leaves the pixels of either
+ * colour on their side wherever their edge is smooth, and keeps corners. */
+pave_result pv_outline_draw(pave_context *context, const pv_net *net, const pv_tess_place *place, pv_outline *out);
+
+/* Makes chains rough and draws again. */
+pave_result pv_outline_redraw(pave_context *context, const pv_net *net, const pv_tess_place *place, pv_outline *out);
+void pv_outline_free(pv_outline *outline);
+
+/* mesh.c: the faces of an outline. Where straight chains would cross they are drawn crack by crack. */
+pave_result pv_tess_build(pave_context *context, const pv_net *net, const pv_tess_place *place, pv_outline *outline,
+                          pv_tess *out);

@@ -1,0 +1,149 @@
+/* Fourier transforms of pictures. */
+#include "tiling/fft.h"
+
+#include "tiling/bank.h"
+
+#include <string.h>
+
+#define KISS_FFT_SHARED
+#define kiss_fft_scalar float
+#include <kissfft/kiss_fftr.h>
+
+/* Plans are made in memory of ours. */
+static pave_result make_plan(pave_context *context, int32_t size, int inverse, int real, void **plan)
+{
+    pave_result result = PAVE_OK;
+    size_t bytes = 0;
+    if (real)
+        kiss_fftr_alloc(size, inverse, NULL, &bytes);
+    else
+        kiss_fft_alloc(size, inverse, NULL, &bytes);
+    *plan = pv_allocate(context, bytes, 1, &result);
+    if (result)
+        return result;
+    int made = real ? kiss_fftr_alloc(size, inverse, *plan, &bytes) != NULL
+                    : kiss_fft_alloc(size, inverse, *plan, &bytes) != NULL;
+    return made ? PAVE_OK : pv_fail(context, PAVE_ERR_INTERNAL, "no Fourier transform of %d", (int)size);
+}
+
+static pave_result make_plans(pave_context *context, pv_fft *fft)
+{
+    pave_result result = PAVE_OK;
+    for (int inverse = 0; inverse < 2 && !result; inverse++) {
+        result = make_plan(context, fft->width, inverse, 1, &fft->row[inverse]);
+        if (!result)
+            result = make_plan(context, fft->height, inverse, 0, &fft->column[inverse]);
+    }
+    if (!result)
+        fft->scratch = pv_allocate(context, pv_fft_halves(fft) + (size_t)fft->height, sizeof *fft->scratch, &result);
+    if (result)
+        pv_fft_free(fft);
+    return result;
+}
+
+pave_result pv_fft_create(pave_context *context, int32_t width, int32_t height, pv_fft *out)
+{
+    memset(out, 0, sizeof *out);
+    out->width = 2 * kiss_fft_next_fast_size((width + 1) / 2);
+    out->height = kiss_fft_next_fast_size(height);
+    return make_plans(context, out);
+}
+
+void pv_fft_free(pv_fft *fft)
+{
+    for (int inverse = 0; inverse < 2; inverse++) {
+        pv_release(fft->row[inverse]);
+        pv_release(fft->column[inverse]);
+    }
+    pv_release(fft->scratch);
+    memset(fft, 0, sizeof *fft);
+}
+
+static void columns(const pv_fft *fft, int inverse, const pv_complex *in, pv_complex *out)
+{
+    int32_t across = fft->width / 2 + 1;
+    pv_complex *one = fft->scratch + pv_fft_halves(fft);
+    for (int32_t x = 0; x < across; x++) {
+        kiss_fft_stride(fft->column[inverse], (const kiss_fft_cpx *)in + x, (kiss_fft_cpx *)one, across);
+        for (int32_t y = 0; y < fft->height; y++)
+            out[(size_t)y * (size_t)across + (size_t)x] = one[y];
+    }
+}
+
+void pv_fft_forth(const pv_fft *fft, const float *plane, pv_complex *spectrum)
+{
+    size_t across = (size_t)fft->width / 2 + 1;
+    for (size_t y = 0; y < (size_t)fft->height; y++)
+        kiss_fftr(fft->row[0], plane + y * (size_t)fft->width, (kiss_fft_cpx *)fft->scratch + y * across);
+    columns(fft, 0, fft->scratch, spectrum);
+}
+
+void pv_fft_back(const pv_fft *fft, const pv_complex *spectrum, float *plane)
+{
+    size_t across = (size_t)fft->width / 2 + 1;
+    columns(fft, 1, spectrum, fft->scratch);
+    for (size_t y = 0; y < (size_t)fft->height; y++)
+        kiss_fftri(fft->row[1], (const kiss_fft_cpx *)fft->scratch + y * across, plane + y * (size_t)fft->width);
+}
+
+/* Brightness less its mean in a square of 49 px, which is about what a Gauss of 20 px leaves out too. */
+static pave_result take_slow_out(pave_context *context, const float *rgb, int32_t width, int32_t height, float *out)
+{
+    enum { RADIUS = 34 };
+    pave_result result = PAVE_OK;
+    size_t n = (size_t)width * (size_t)height;
+    int16_t *bright = pv_allocate(context, n, sizeof *bright, &result);
+    int32_t *slow = result ? NULL : pv_allocate(context, n, sizeof *slow, &result);
+    for (size_t i = 0; i < n && !result; i++)
+        bright[i] = (int16_t)(16 * (rgb[3 * i] + rgb[3 * i + 1] + rgb[3 * i + 2]) / 3);
+    pv_grey grey = { width, height, width, 255 * 16, bright };
+    if (!result)
+        result = pv_box_mean(context, &grey, RADIUS, slow);
+    for (size_t i = 0; i < n && !result; i++)
+        out[i] = (float)(bright[i] - slow[i]) / 16;
+    pv_release(bright);
+    pv_release(slow);
+    return result;
+}
+
+static double highest_peak(const float *correlation, int32_t width, int32_t height)
+{
+    double most = -1;
+    for (int32_t y = 0; y < height; y++)
+        for (int32_t x = 0; x < width; x++) {
+            int32_t dx = x < width - x ? x : width - x, dy = y < height - y ? y : height - y;
+            double v = correlation[0] > 0 ? correlation[(int64_t)y * width + x] / correlation[0] : 0;
+            most = dx * dx + dy * dy > 256 && v > most ? v : most;
+        }
+    return most;
+}
+
+pave_result pv_fft_repeat(pave_context *context, const float *rgb, int32_t width, int32_t height, double *repeat)
+{
+    pv_fft fft;
+    int32_t even_width = width & ~1, even_height = height & ~1;
+    *repeat = 0;
+    if (even_width < 36 || even_height < 36)
+        return PAVE_OK;
+    fft = (pv_fft){ .width = even_width, .height = even_height };
+    pave_result result = make_plans(context, &fft);
+    float *all = result ? NULL : pv_allocate(context, (size_t)width * (size_t)height, sizeof *all, &result);
+    float *plane = result ? NULL : pv_allocate(context, pv_fft_reals(&fft), sizeof *plane, &result);
+    pv_complex *spectrum = result ? NULL : pv_allocate(context, pv_fft_halves(&fft), sizeof *spectrum, &result);
+    if (!result)
+        result = take_slow_out(context, rgb, width, height, all);
+    if (!result) {
+        for (int32_t y = 0; y < even_height; y++)
+            memcpy(plane + (int64_t)y * even_width, all + (int64_t)y * width, (size_t)even_width * sizeof *plane);
+        pv_fft_forth(&fft, plane, spectrum);
+        for (size_t i = 0; i < pv_fft_halves(&fft); i++)
+            spectrum[i] = (pv_complex){ spectrum[i].r * spectrum[i].r + spectrum[i].i * spectrum[i].i, 0 };
+        pv_fft_back(&fft, spectrum, plane);
+        *repeat = highest_peak(plane, even_width, even_height);
+    }
+    pv_release(all);
+    pv_release(plane);
+    pv_release(spectrum);
+    pv_fft_free(&fft);
+    return result;
+}
