@@ -22,9 +22,11 @@ typedef struct pv_vk_parameters {
     int32_t edge_shift, push_within, push_to, noise_wave, noise_swing;
     uint32_t noise_key, seed_low, seed_high;
     int32_t iteration, base, count, write, patience;
-    int32_t block, columns, rows, excess, margin, grown;
+    int32_t block, columns, rows, excess, margin;
     uint32_t unwatched;
 } pv_vk_parameters;
+
+_Static_assert(sizeof(pv_vk_parameters) <= 128, "what every device has room for");
 
 typedef struct pv_vk_totals {
     uint32_t sorted, empty, moved, lost, radius, stray;
