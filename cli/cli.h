@@ -97,8 +97,11 @@ pave_result read_image(pave_context *context, const char *path, pave_image **out
 /* Verbs */
 int lay_main(int argc, char **argv);
 int field_main(int argc, char **argv);
+int solid_main(int argc, char **argv);
 int info_main(int argc, char **argv);
 int merge_main(int argc, char **argv);
+int mosaic_main(int argc, char **argv);
 int plan_main(int argc, char **argv);
 int measure_main(int argc, char **argv);
 int tile_main(int argc, char **argv);
+int btf_main(int argc, char **argv);

@@ -12,11 +12,14 @@ typedef struct verb {
 
 static const verb verbs[] = {
     { "lay", lay_main, "lay a pavement: from a black and white drawing to the polygons of its stones" },
+    { "mosaic", mosaic_main, "lay a mosaic: from a photo to oriented tiles that follow its edges" },
     { "plan", plan_main, "divide a large pavement into windows, for many machines" },
     { "merge", merge_main, "merge windows that were laid one by one into one file" },
     { "measure", measure_main, "judge stones against their drawing" },
     { "tile", tile_main, "make a larger texture, or one that repeats without a seam, from a small one" },
     { "field", field_main, "write the distance field of a drawing" },
+    { "solid", solid_main, "make a volume of stone from a flat sample" },
+    { "btf", btf_main, "bidirectional texture functions: make, compress, convert, look at them" },
     { "info", info_main, "list backends, devices and versions" },
 };
 

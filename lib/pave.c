@@ -1,8 +1,11 @@
 /* The whole job in one call, and the register of parameter tables: the two things that know every stage. */
 #include "base/params.h"
+#include "btf/btf.h"
 #include "cvd/cvd.h"
 #include "field/field.h"
 #include "image/bitmap.h"
+#include "mosaic/mosaic.h"
+#include "solid/solid.h"
 #include "stones/stones.h"
 #include "tiling/tiling.h"
 
@@ -10,7 +13,8 @@
 
 #include <math.h>
 
-extern const pv_table pv_stream_table; /* stream.c */
+extern const pv_table pv_stream_table;   /* stream.c */
+extern const pv_table pv_btf_file_table; /* io/btf_file.c */
 
 static const pave_lay_params default_params = PAVE_LAY_PARAMS_INIT;
 
@@ -32,7 +36,15 @@ static const pv_table *find_table(int32_t table)
     case PAVE_PARAMS_STREAM: return &pv_stream_table;
     case PAVE_PARAMS_PALETTE: return &pv_palette_table;
     case PAVE_PARAMS_MEASURE: return &pv_measure_table;
+    case PAVE_PARAMS_MOSAIC: return &pv_mosaic_table;
     case PAVE_PARAMS_TILING: return &pv_tiling_table;
+    case PAVE_PARAMS_SOLID: return &pv_solid_table;
+    case PAVE_PARAMS_BTF_SYNTHESIS: return &pv_btf_synthesis_table;
+    case PAVE_PARAMS_BTF_COMPRESS: return &pv_btf_compress_table;
+    case PAVE_PARAMS_BTF_VIEW: return &pv_btf_view_table;
+    case PAVE_PARAMS_BTF_FILE: return &pv_btf_file_table;
+    case PAVE_PARAMS_BTF_TEXELS: return &pv_btf_texels_table;
+    case PAVE_PARAMS_BTF_SHEET: return &pv_btf_sheet_table;
     default: return NULL;
     }
 }

@@ -11,8 +11,8 @@
 #include "metric.glsl"
 #include "tile.glsl"
 
-layout(set = 0, binding = 12) uniform utexture2D label_image;
-layout(set = 0, binding = 13) uniform texture2D depth_image;
+layout(set = 0, binding = 13) uniform utexture2D label_image;
+layout(set = 0, binding = 14) uniform texture2D depth_image;
 
 // Fetches the labels; the tile's greatest squared distance.
 int fetch(ivec2 origin)
@@ -76,7 +76,8 @@ void main()
     int most = fetch(origin);
     bool exact = wanted && most <= plane.margin * plane.margin;
 
-    drop_outside(origin);
+    if (plane.write == 0)
+        drop_outside(origin);
     for (int q = 0; q < QUADS; q++)
         owner[q] = exact ? owner[q] : ivec4(-1);
     if (plane.write == 0)
@@ -91,7 +92,7 @@ void main()
     if (exact) {
         atomicAdd(far[min(distance >> 7, 255)], 1);
         if (watched(origin))
-            atomicMax(total_radius, distance + plane.reach + 4);
+            atomicMax(total_radius, uint(range(float(distance) + 8.0)));
     } else {
         queue[atomicAdd(queued, 1)] = uint(at);
     }

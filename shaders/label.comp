@@ -17,9 +17,16 @@ void offer(int u0, int v0, int c, int s, int half_x, int half_y, int index)
     for (int q = 0; q < QUADS; q++) {
         int x = q % 2 * 1024, y = (lane * ROWS + q / 2) * 256;
         ivec4 u = (u0 + x * c + y * s + cx) >> 16, v = (v0 + y * c - x * s - sx) >> 16;
-        u = max(abs(u) - half_x, 0);
-        v = max(abs(v) - half_y, 0);
-        ivec4 d = u * u + v * v;
+        ivec4 d;
+        if (METRIC == 0) {
+            u = max(abs(u) - half_x, 0);
+            v = max(abs(v) - half_y, 0);
+            d = u * u + v * v;
+        } else {
+            uvec4 a = uvec4(abs(u)) * uint(half_x) >> 16, b = uvec4(abs(v)) * uint(half_y) >> 16;
+            a = METRIC == 2 ? a + b : max(a, b);
+            d = ivec4(a * a);
+        }
         for (int i = 0; i < 4; i++) {
             bool better = d[i] < least[q][i] || (d[i] == least[q][i] && index < owner[q][i]);
             least[q][i] = better ? d[i] : least[q][i];
@@ -61,7 +68,7 @@ void report(ivec2 origin, int n)
     for (int step = 1; step < LANES; step *= 2)
         farthest = max(farthest, subgroupShuffleXor(farthest, uint(step)));
     if (lane == 0 && n > 0 && watched(origin))
-        atomicMax(total_radius, uint(sqrt(float(farthest)) * 1.001) + plane.reach + 4);
+        atomicMax(total_radius, uint(range(sqrt(float(farthest)) * 1.001 + 8.0)));
 }
 
 void collect(ivec2 origin, int head, int n, int most)

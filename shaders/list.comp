@@ -1,7 +1,7 @@
 // Finds the candidates of each tile: the sites that could own one of its pixels.
 //
-// Let j be any site and U its greatest distance from a pixel of the tile, which lies at a corner, for the distance to
-// a box is convex. A site can own a pixel only if it is no farther from it than U, and so no farther from the centre
+// Let j be any site and U its greatest distance from a pixel of the tile, which lies at a corner, for all metrics are
+// convex. A site can own a pixel only if it is no farther from it than U, and so no farther from the centre
 // than U plus the tile's radius. The floats may be off a little: the last term of `bound` allows for that and for the
 // rounding of the integer metric, twice over. A poor j makes a long list, never a wrong one.
 #version 450
@@ -62,8 +62,8 @@ void main()
     for (int ring = 1; least == UNKNOWN && !lost; ring *= 2)
         search_box(square(p, ring), p);
     bound = farthest_corner(sorted_site(nearest), p) + TILE_RADIUS;
-    bound += 8.0 + (bound + plane.reach) / 4096.0;
-    search_box(box_within(p, bound + plane.reach), p);
+    bound += 16.0 + range(bound) / 4096.0;
+    search_box(box_within(p, range(bound)), p);
 
     found = lost ? plane.capacity + 1 : found;
     bool easy = narrow && found <= plane.capacity;

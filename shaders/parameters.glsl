@@ -8,9 +8,9 @@ layout(push_constant, std430) uniform Plane {
     int cell;                 // side of the home lattice's cells and of the buckets, 1/256 px
     int across, down;         // buckets in x and y
     int tiles_across;
-    int reach;                // the greatest distance from a site to the corner of its box
+    int reach;                // a point at distance d from a site lies within d * STRETCH + reach of it
     int capacity;             // of a tile's candidate list
-    int edge_shift;           // -1: no edges
+    int edge_shift;           // -1: no edges; -2: `edge` holds directions
     int push_within, push_to;
     int noise_wave, noise_swing;
     uint noise_key, seed_low, seed_high;
@@ -24,12 +24,14 @@ layout(push_constant, std430) uniform Plane {
     uint unwatched;           // 4 bits: open borders, left, top, right, bottom; 28: nearer to them pixels do not count
 } plane;
 
+layout(constant_id = 3) const float STRETCH = 1.0;
+
 const int INT_MAX = 0x7fffffff;
 
 // A site, and its index while it lies in bucket order.
 struct Site {
     ivec4 place; // x, y, cosine, sine
-    ivec4 shape; // half_x, half_y, index
+    ivec4 shape; // half_x, half_y: extents or slopes; index
 };
 
 // The margin that is drawn; lib/backend/vulkan/raster.c says why.

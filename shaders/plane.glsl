@@ -37,10 +37,11 @@ layout(std430, set = 0, binding = 8) buffer Totals {
     uint far[];
 };
 layout(std430, set = 0, binding = 9) buffer Chunks { Chunk chunk[]; };
-layout(std430, set = 0, binding = 10) buffer Edge { uint two[]; } edge[4]; // 2 px a word, 2^26 px a part
+layout(std430, set = 0, binding = 10) buffer Mask { uint mask[]; }; // 2 a tile: bit 8 * y + x of a masked pixel
+layout(std430, set = 0, binding = 11) buffer Edge { uint two[]; } edge[4]; // 2 px a word, 2^26 px a part
 
 // `sorted` again, to read: drivers on processors fetch texels much faster than they load from buffers.
-layout(set = 0, binding = 11) uniform isamplerBuffer sorted_texels;
+layout(set = 0, binding = 12) uniform isamplerBuffer sorted_texels;
 
 Site sorted_site(uint i)
 {

@@ -113,6 +113,8 @@ int stray(int i, ivec2 p)
 
 ivec2 direction(ivec2 p, bool near, ivec2 normal)
 {
+    if (plane.edge_shift == -2)
+        return turned(edge_at(p.x >> 8, p.y >> 8));
     if (near) // Eq. 3: a quarter turn from the gradient
         return ivec2(normal.y, -normal.x);
     int64_t n = noise(plane.noise_key, lattice_of(plane.noise_wave, plane.period_x),

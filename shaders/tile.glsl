@@ -8,6 +8,8 @@ const int ROWS = 8 / LANES, QUADS = 2 * ROWS;
 
 layout(local_size_x = 64) in;
 
+layout(constant_id = 2) const bool MASKED = false;
+
 ivec4 owner[QUADS];  // the labels of this lane's pixels
 int lane, neighbour; // among the tile's lanes; of the tile's first lane in the subgroup
 
@@ -29,13 +31,17 @@ ivec2 first_of(int q)
     return ivec2(q % 2 * 4, lane * ROWS + q / 2);
 }
 
-// Pixels outside the plane belong to nobody.
+// Pixels outside the plane belong to nobody, masked ones count for nobody.
 void drop_outside(ivec2 origin)
 {
+    int tile = origin.y / 8 * plane.tiles_across + origin.x / 8;
     for (int q = 0; q < QUADS; q++) {
-        ivec2 at = origin + first_of(q);
-        for (int i = 0; i < 4; i++)
-            owner[q][i] = at.y < plane.height && at.x + i < plane.width ? owner[q][i] : -1;
+        ivec2 at = origin + first_of(q), in_tile = first_of(q);
+        uint masked = MASKED ? mask[2 * tile + in_tile.y / 4] >> (in_tile.y % 4 * 8 + in_tile.x) : 0;
+        for (int i = 0; i < 4; i++) {
+            bool counts = at.y < plane.height && at.x + i < plane.width && (masked >> i & 1) == 0;
+            owner[q][i] = counts ? owner[q][i] : -1;
+        }
     }
 }
 

@@ -7,6 +7,8 @@
 
 layout(local_size_x = 64) in;
 
+layout(constant_id = 2) const bool MASKED = false;
+
 shared int owner[64];
 
 uint64_t least = uint64_t(0) - 1;
@@ -32,7 +34,7 @@ void search(ivec2 p)
 {
     for (int ring = 1; label == INT_MAX && !lost; ring *= 2)
         search_box(square(p, ring), p);
-    search_box(box_within(p, sqrt(float(least)) + plane.reach), p);
+    search_box(box_within(p, range(sqrt(float(least)) + 8.0)), p);
     if (lost)
         atomicAdd(total_lost, 1);
 }
@@ -70,11 +72,13 @@ void main()
     bool inside = pixel.x < plane.width && pixel.y < plane.height;
     inside = inside && !lost;
     if (inside && watched(origin))
-        atomicMax(total_radius, uint(sqrt(float(least)) * 1.001) + plane.reach + 4);
-    owner[me] = inside ? label : -1;
+        atomicMax(total_radius, uint(range(sqrt(float(least)) * 1.001 + 8.0)));
+    bool counts = inside && !(MASKED && (mask[2 * (origin.y / 8 * plane.tiles_across + origin.x / 8) + me / 32] >>
+                                         me % 32 & 1) != 0);
+    owner[me] = counts ? label : -1;
     barrier();
     if (plane.write != 0)
         labels[at * 16 + me / 4][me % 4] = label;
-    else if (inside)
+    else if (counts)
         collect(origin, me);
 }

@@ -43,12 +43,18 @@ typedef struct pave_cvd_params {
 
 PAVE_API void pave_cvd_params_init(pave_cvd_params *params, size_t size);
 
-/* A site, in fixed point. The box is |u| <= half_x, |v| <= half_y, where (u, v) is a point less the site, turned by
- * the rotation (cosine, sine). px are the diagram's own here, of which `supersample` make one of the drawing. */
+/* How far a point is from a site, where (u, v) is the point less the site, turned by the rotation (cosine, sine). */
+enum {
+    PAVE_METRIC_BOX = 0,    /* its distance from the box |u| <= half_x, |v| <= half_y: stones of a pavement */
+    PAVE_METRIC_SQUARE = 1, /* max(half_x |u|, half_y |v|): a pyramid over a rectangle, for tiles of a mosaic */
+    PAVE_METRIC_DIAMOND = 2 /* half_x |u| + half_y |v|: a pyramid over a rhombus, as Hausner writes it */
+};
+
+/* A site, in fixed point. px are the diagram's own here, of which `supersample` make one of the drawing. */
 typedef struct pave_site {
     int32_t x, y;           /* 1/256 px; (0, 0) is the plane's top left corner, y grows down */
     int32_t cosine, sine;   /* 1/65536 */
-    int32_t half_x, half_y; /* 1/256 px */
+    int32_t half_x, half_y; /* half extents of the box, 1/256 px; or slopes of the pyramid, 1/65536 */
 } pave_site;
 
 /* Computes the diagram over the drawing of `field`, or over a window of it, on the context's backend. A pixel belongs

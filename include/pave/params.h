@@ -18,9 +18,17 @@ enum {
     PAVE_PARAMS_CVD = 5,       /* pave_cvd_params */
     PAVE_PARAMS_STONES = 6,    /* pave_stones_params */
     PAVE_PARAMS_STREAM = 7,    /* pave_stream_params */
+    PAVE_PARAMS_TILING = 12,   /* pave_tiling_params */
+    PAVE_PARAMS_SOLID = 13,    /* pave_solid_params */
+    PAVE_PARAMS_BTF_SYNTHESIS = 20, /* pave_btf_synthesis_params */
+    PAVE_PARAMS_BTF_COMPRESS = 21,  /* pave_btf_compress_params */
+    PAVE_PARAMS_BTF_VIEW = 22,      /* pave_btf_view_params */
+    PAVE_PARAMS_BTF_FILE = 23,      /* pave_btf_file_params */
+    PAVE_PARAMS_BTF_TEXELS = 24,    /* pave_btf_texels_params */
+    PAVE_PARAMS_BTF_SHEET = 25,     /* pave_btf_sheet_params */
     PAVE_PARAMS_PALETTE = 30,  /* pave_palette_params */
     PAVE_PARAMS_MEASURE = 31,  /* pave_stones_measure_params */
-    PAVE_PARAMS_TILING = 12    /* pave_tiling_params */
+    PAVE_PARAMS_MOSAIC = 40    /* pave_mosaic_params */
 };
 
 /* How a field is stored. */

@@ -9,7 +9,10 @@
 #include <pave/field.h>
 #include <pave/cvd.h>
 #include <pave/stones.h>
+#include <pave/mosaic.h>
 #include <pave/tiling.h>
+#include <pave/solid.h>
+#include <pave/btf.h>
 #include <pave/io.h>
 
 #ifdef __cplusplus

@@ -89,8 +89,8 @@ PAVE_API const uint8_t *pave_stones_colours(const pave_stones *stones);
 /* The palette of the stones; its count is 0 where they are black and white. */
 PAVE_API const pave_palette *pave_stones_palette(const pave_stones *stones);
 
-/* Colour of each stone as r, g, b, display values, for stones that have colours of their own, as from an SVG file;
- * NULL for those that were laid. */
+/* Colour of each stone as r, g, b, display values, for stones that have colours of their own, as tiles of a mosaic and
+ * those from an SVG file; NULL for others. */
 PAVE_API const uint8_t *pave_stones_rgb(const pave_stones *stones);
 
 /* Site of each stone: its number in the whole plane. Ascending; polygons of the same number are parts of one stone that

@@ -35,12 +35,27 @@ const pv_backend *pv_backend_find(int32_t id)
 int32_t pv_plane_reach(const pv_plane *plane)
 {
     uint64_t most = 0;
+    if (plane->metric != PAVE_METRIC_BOX)
+        return 0;
     for (int32_t i = 0; i < plane->sites; i++) {
         int64_t a = plane->start[i].half_x, b = plane->start[i].half_y;
         uint64_t square = (uint64_t)(a * a + b * b);
         most = square > most ? square : most;
     }
     return (int32_t)pv_isqrt(most) + 1;
+}
+
+double pv_plane_stretch(const pv_plane *plane)
+{
+    int32_t least = pv_steepest(plane->metric);
+    if (plane->metric == PAVE_METRIC_BOX)
+        return 1;
+    for (int32_t i = 0; i < plane->sites; i++) {
+        const pave_site *s = &plane->start[i];
+        int32_t flattest = s->half_x < s->half_y ? s->half_x : s->half_y;
+        least = flattest < least ? flattest : least;
+    }
+    return (plane->metric == PAVE_METRIC_SQUARE ? 1.41422 : 1.00001) * 65536 / least;
 }
 
 void pv_device_add(pave_device *devices, int32_t capacity, int32_t *count, int32_t backend, int32_t usable,

@@ -36,6 +36,10 @@ typedef struct pv_plane {
     int32_t noise_swing;    /* greatest rotation, 65536 to a turn */
     uint32_t noise_key;
     uint64_t seed;
+    int32_t metric;            /* PAVE_METRIC_; the slopes of pyramids are 1 .. pv_steepest(metric) */
+    const uint16_t *direction; /* how a site is turned at each pixel, 65536 to a turn; NULL: by edges and noise */
+    const uint64_t *mask;      /* for each tile of 8 x 8 px, row by row, the pixels that count for no centroid: bit
+                                  8 * y + x; NULL: none */
 } pv_plane;
 
 /* What a step is asked, and reports back. */
@@ -73,8 +77,17 @@ const pv_backend *pv_backend_find(int32_t id);
 /* Resolves PAVE_BACKEND_AUTO for a job of so many pixel steps. */
 const pv_backend *pv_backend_choose(pave_context *context, const pv_plane *plane, int32_t iterations);
 
-/* The greatest distance from a site of the plane to the corner of its box, 1/256 px, rounded up. */
+/* A point at distance d from a site, as the metric has it, lies within d * stretch + reach of it (1/256 px). The reach
+ * is the greatest distance from a site of the plane to the corner of its box, rounded up, and 0 for pyramids; the
+ * stretch is 1 for boxes. No metric grows faster than the way walked. */
 int32_t pv_plane_reach(const pv_plane *plane);
+double pv_plane_stretch(const pv_plane *plane);
+
+/* The greatest slope of a pyramid, 1/65536, so that it grows no faster than the way walked. */
+static inline int32_t pv_steepest(int32_t metric)
+{
+    return metric == PAVE_METRIC_DIAMOND ? 46340 : 65535;
+}
 
 /* Adds one entry to a device list. */
 void pv_device_add(pave_device *devices, int32_t capacity, int32_t *count, int32_t backend, int32_t usable,

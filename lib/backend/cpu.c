@@ -126,6 +126,7 @@ pave_result pv_cpu_open(pave_context *context, const pv_plane *plane, pv_label_r
     cpu->parts = cpu->workers < MOST_PARTS ? cpu->workers : MOST_PARTS;
     cpu->reach = pv_plane_reach(plane);
     fill_squeeze(cpu->squeeze);
+    cpu->stretch = pv_plane_stretch(plane);
     result = allocate(context, cpu);
     if (result) {
         pv_cpu_close(cpu);
@@ -203,12 +204,44 @@ typedef struct relax_job {
     atomic_int stray;
 } relax_job;
 
-enum { CHUNK = 4096, AHEAD = 12 };
+enum { CHUNK = 4096, AHEAD = 12, FOUR = 4 };
 
 static int32_t move_of(const pave_site *before, const pave_site *after)
 {
     int32_t x = abs(after->x - before->x), y = abs(after->y - before->y);
     return x > y ? x : y;
+}
+
+/* Sites that the noise is to turn, some at a time. */
+typedef struct turns {
+    pave_site *site[FOUR];
+    int32_t count;
+    pv_noise_cell cell;
+} turns;
+
+/* Turns those that wait, or if they do not lie in one cell, the first: then its cell is the one for the others. */
+static void turn_some(const pv_cpu *cpu, turns *t)
+{
+#ifdef PV_AVX2
+    if (t->count == FOUR && by_columns(cpu) && pv_sites_turn_avx2(&cpu->plane, &t->cell, t->site)) {
+        t->count = 0;
+        return;
+    }
+#endif
+    pv_site_turn_by_noise(&cpu->plane, &t->cell, t->site[0]);
+    memmove(t->site, t->site + 1, (size_t)--t->count * sizeof *t->site);
+}
+
+/* What all workers found of a site's pixels; takes it from them. */
+static pv_sum sum_of(const pv_cpu *cpu, int32_t i)
+{
+    pv_sum sum = { 0, 0, 0 };
+    for (int32_t w = 0; w < cpu->workers; w++) {
+        pv_sum *part = &cpu->sums[(size_t)w * (size_t)cpu->plane.sites + (size_t)i];
+        pv_sum_add(&sum, part->count, part->x, part->y);
+        *part = (pv_sum){ 0, 0, 0 };
+    }
+    return sum;
 }
 
 static void relax_task(void *data, int32_t chunk, int32_t worker)
@@ -219,20 +252,18 @@ static void relax_task(void *data, int32_t chunk, int32_t worker)
     int32_t n = cpu->plane.sites, to = (chunk + 1) * CHUNK < n ? (chunk + 1) * CHUNK : n;
     int64_t empty = 0, moved = 0, way = 0;
     int32_t stray = 0;
-    pv_noise_cell cell = { .known = 0 };
+    turns waiting = { .count = 0 };
     for (int32_t i = chunk * CHUNK; i < to; i++) {
-        pv_sum sum = { 0, 0, 0 };
+        pv_sum sum = sum_of(cpu, i);
         if (i + AHEAD < to)
             pv_site_prefetch(&cpu->plane, &cpu->sites[i + AHEAD]);
-        for (int32_t w = 0; w < cpu->workers; w++) {
-            pv_sum *part = &cpu->sums[(size_t)w * (size_t)n + (size_t)i];
-            pv_sum_add(&sum, part->count, part->x, part->y);
-            *part = (pv_sum){ 0, 0, 0 };
-        }
         if (cpu->plane.copies && cpu->plane.home[i].original)
             continue;
         pave_site before = cpu->sites[i];
-        pv_site_relax(&cpu->plane, i, job->iteration, &sum, &cell, &cpu->sites[i]);
+        if (pv_site_relax(&cpu->plane, i, job->iteration, &sum, &cpu->sites[i]))
+            waiting.site[waiting.count++] = &cpu->sites[i];
+        if (waiting.count == FOUR)
+            turn_some(cpu, &waiting);
         empty += !sum.count;
         int32_t move = move_of(&before, &cpu->sites[i]);
         moved += move > 0;
@@ -240,6 +271,8 @@ static void relax_task(void *data, int32_t chunk, int32_t worker)
         if (cpu->plane.copies && pv_site_stray(&cpu->plane, i, &cpu->sites[i]) > stray)
             stray = pv_site_stray(&cpu->plane, i, &cpu->sites[i]);
     }
+    while (waiting.count)
+        turn_some(cpu, &waiting);
     pv_raise(&job->stray, stray);
     atomic_fetch_add(&job->empty, empty);
     atomic_fetch_add(&job->moved, moved);

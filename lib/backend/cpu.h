@@ -18,7 +18,7 @@ typedef int32_t pv_label_row(const pv_cpu *cpu, int32_t ty, pv_sum *sums, int32_
 /* Sorted sites member by member, for vectors: PV_LANES can be read from any place on. */
 typedef struct pv_columns {
     int32_t *x, *y, *cosine, *sine;
-    int32_t *box; /* half_x in the low 16 bits, half_y in the high ones, cut to 32767 */
+    int32_t *box; /* half_x in the low 16 bits, half_y in the high ones; extents are cut to 32767 */
 } pv_columns;
 
 /* Where pixels count for the radius, px. */
@@ -38,7 +38,8 @@ struct pv_cpu {
     int32_t bucket, across, down; /* side in 1/256 px, buckets in x and y */
     int64_t buckets;
     uint64_t per_bucket; /* 2^32 / bucket, rounded up */
-    int32_t reach; /* the greatest distance from a site to the corner of its box */
+    int32_t reach; /* pv_plane_reach and pv_plane_stretch */
+    double stretch;
     int32_t *first;
     int32_t *index;     /* which site, in sorted order */
     pave_site *sorted;  /* copies, so that neighbours lie together: */
@@ -58,6 +59,9 @@ pv_label_row pv_label_row_reference, pv_label_row_portable;
 #ifdef __x86_64__
 #define PV_AVX2 1
 pv_label_row pv_label_row_avx2;
+
+/* Turns four sites by the noise if they all lie in this one cell of it; else 0. */
+int pv_sites_turn_avx2(const pv_plane *plane, const pv_noise_cell *cell, pave_site *const site[4]);
 #endif
 
 /* The frame: `sites` begin as the plane's, pv_cpu_sort sorts them into the buckets (progress stays `at`), and
@@ -83,6 +87,25 @@ int32_t pv_label_tile_portable(const pv_cpu *cpu, int32_t x, int32_t y, pv_sum *
 
 /* The exact label of one pixel by a ring search over the buckets: the slow path for tiles with too many candidates. */
 int32_t pv_label_pixel(const pv_cpu *cpu, int32_t px, int32_t py);
+
+/* How far a site at a distance, as the metric has it, may lie; 1/256 px. */
+static inline int32_t pv_cpu_range(const pv_cpu *cpu, double distance)
+{
+    double range = distance * cpu->stretch + cpu->reach + 1;
+    return range < INT32_MAX / 4 ? (int32_t)range : INT32_MAX / 4;
+}
+
+/* The mask of the tile whose first pixel is (x, y). */
+static inline uint64_t pv_tile_mask(const pv_plane *plane, int32_t x, int32_t y)
+{
+    int64_t across = (plane->width + PV_TILE - 1) / PV_TILE;
+    return plane->mask ? plane->mask[y / PV_TILE * across + x / PV_TILE] : 0;
+}
+
+static inline int pv_masked(const pv_plane *plane, int32_t x, int32_t y)
+{
+    return pv_tile_mask(plane, x, y) >> (y % PV_TILE * PV_TILE + x % PV_TILE) & 1;
+}
 
 /* Raises a number that several threads look for the greatest of. */
 static inline void pv_raise(atomic_int *most, int value)

@@ -2,8 +2,8 @@
  *
  * The sites of a window of buckets are measured, eight at a time, at the centres of the tile's four quarters. A site
  * can own a pixel of a quarter only if its distance there is at most the least one plus twice the quarter's radius, for
- * the metric is the distance to a convex box and changes by no more than the way walked. The window is large enough if
- * it holds all places within that distance plus the greatest box's reach; if not, it grows and is measured again.
+ * no metric changes by more than the way walked. The window is large enough if it holds all places within the range of
+ * that distance; if not, it grows and is measured again.
  *
  * The few sites that remain are offered to all 64 pixels; a key of distance and rank finds each pixel's nearest, and
  * the lower index among equals. Tiles that do not fit this scheme take the portable path. */
@@ -22,6 +22,9 @@
 #pragma GCC target("avx2,bmi,bmi2,popcnt")
 #endif
 
+/* What depends on the metric is made once for each. */
+#define ALWAYS static inline __attribute__((always_inline))
+
 enum {
     QUARTERS = 4,
     VECTORS = 32, /* of sites in a window */
@@ -31,7 +34,7 @@ enum {
     /* Twice a quarter's radius of 1.5*sqrt(2) px; the metric's errors at two sites and two places; the root's error. */
     BOUND = 1087 + 4 * PV_METRIC_SLACK + 1,
     SPARE = 4 * PV_METRIC_SLACK, /* more than the metric's errors where a distance tells how far to look */
-    ACROSS = 2000,               /* a quarter's centre to the farthest pixel, 5.5*sqrt(2) px, and the metric's errors */
+    ACROSS = 2010,               /* a quarter's centre to the farthest pixel, 5.5*sqrt(2) px, and the metric's errors */
 };
 
 typedef struct window {
@@ -79,15 +82,22 @@ static inline __m256i broadcast(const int32_t *from)
 }
 
 /* Squared distance from the numerators of u and v: their high halves are u and v. */
-static inline __m256i squared(__m256i u, __m256i v, __m256i box)
+ALWAYS __m256i squared(int32_t metric, __m256i u, __m256i v, __m256i box)
 {
-    __m256i uv = _mm256_blend_epi16(_mm256_srli_epi32(u, 16), v, 0xaa);
-    uv = _mm256_subs_epu16(_mm256_abs_epi16(uv), box);
+    __m256i uv = _mm256_abs_epi16(_mm256_blend_epi16(_mm256_srli_epi32(u, 16), v, 0xaa));
+    if (metric == PAVE_METRIC_BOX) {
+        uv = _mm256_subs_epu16(uv, box);
+        return _mm256_madd_epi16(uv, uv);
+    }
+    uv = _mm256_mulhi_epu16(uv, box);
+    __m256i swapped = _mm256_srli_epi32(uv, 16);
+    uv = metric == PAVE_METRIC_DIAMOND ? _mm256_add_epi16(uv, swapped) : _mm256_max_epu16(uv, swapped);
+    uv = _mm256_and_si256(uv, _mm256_set1_epi32(0xffff));
     return _mm256_madd_epi16(uv, uv);
 }
 
 /* Measures eight sites from `at` on at the four quarters; far ones get INT32_MAX, whatever wrapped round before. */
-static inline void measure_vector(const pv_columns *c, int32_t at, __m256i px, __m256i py, __m256i *distance,
+ALWAYS void measure_vector(int32_t metric, const pv_columns *c, int32_t at, __m256i px, __m256i py, __m256i *distance,
                                   __m256i *least)
 {
     const __m256i half = _mm256_set1_epi32(32768);
@@ -103,10 +113,10 @@ static inline void measure_vector(const pv_columns *c, int32_t at, __m256i px, _
     sine = _mm256_slli_epi32(sine, 10);
     __m256i right_u = _mm256_add_epi32(u, cosine), right_v = _mm256_sub_epi32(v, sine);
     __m256i below_u = _mm256_add_epi32(u, sine), below_v = _mm256_add_epi32(v, cosine);
-    distance[0] = squared(u, v, box);
-    distance[1] = squared(right_u, right_v, box);
-    distance[2] = squared(below_u, below_v, box);
-    distance[3] = squared(_mm256_add_epi32(right_u, sine), _mm256_add_epi32(right_v, cosine), box);
+    distance[0] = squared(metric, u, v, box);
+    distance[1] = squared(metric, right_u, right_v, box);
+    distance[2] = squared(metric, below_u, below_v, box);
+    distance[3] = squared(metric, _mm256_add_epi32(right_u, sine), _mm256_add_epi32(right_v, cosine), box);
     for (int q = 0; q < QUARTERS; q++) {
         distance[q] = _mm256_max_epi32(distance[q], out);
         least[q] = _mm256_min_epi32(least[q], distance[q]);
@@ -123,7 +133,7 @@ static inline __m128i least_of(const __m256i *v)
 }
 
 /* Measures the window's sites. The least squared distance at each quarter; 0 if there are too many sites. */
-static inline int measure(const pv_cpu *cpu, tile *t, const window *w, __m128i *nearest)
+ALWAYS int measure(int32_t metric, const pv_cpu *cpu, tile *t, const window *w, __m128i *nearest)
 {
     __m256i px = _mm256_set1_epi32(256 * (t->x0 + 2)), py = _mm256_set1_epi32(256 * (t->y0 + 2));
     __m256i none = _mm256_set1_epi32(INT32_MAX), least[QUARTERS] = { none, none, none, none };
@@ -137,7 +147,7 @@ static inline int measure(const pv_cpu *cpu, tile *t, const window *w, __m128i *
                 return 0;
             t->base[vectors] = at;
             t->meant[vectors] = min(end - at, PV_LANES);
-            measure_vector(&columns, at, px, py, t->distance[vectors], least);
+            measure_vector(metric, &columns, at, px, py, t->distance[vectors], least);
             vectors++;
             at += PV_LANES;
         } while (at < end);
@@ -174,16 +184,19 @@ static inline __m128i room_in(const pv_cpu *cpu, const window *w, int32_t x, int
 /* Finds a window that holds all sites that may own pixels of the tile, measures them, and tells the squared distance
  * up to which they may. 0 if the tile does not fit the scheme. Each side of the window is held against the two quarters
  * next to it: the others need no more, for their distances differ by at most STEP. */
-static inline int search(const pv_cpu *cpu, tile *t, __m128i *within)
+ALWAYS int search(int32_t metric, const pv_cpu *cpu, tile *t, __m128i *within)
 {
     int32_t x = 256 * (t->x0 + 2), y = 256 * (t->y0 + 2);
     for (;;) {
         __m128i nearest;
         window w = window_around(cpu, x, y, t->margin);
-        if (!measure(cpu, t, &w, &nearest))
+        if (!measure(metric, cpu, t, &w, &nearest))
             return 0;
         __m128 bound = _mm_add_ps(_mm_sqrt_ps(_mm_cvtepi32_ps(nearest)), _mm_set1_ps(BOUND));
-        __m128i need = _mm_add_epi32(_mm_cvtps_epi32(bound), _mm_set1_epi32(cpu->reach + SPARE));
+        __m128 range = _mm_add_ps(bound, _mm_set1_ps(SPARE));
+        if (metric != PAVE_METRIC_BOX) /* 2^30: beyond NEAR, and an integer */
+            range = _mm_min_ps(_mm_mul_ps(range, _mm_set1_ps((float)cpu->stretch)), _mm_set1_ps(0x1p30f));
+        __m128i need = _mm_add_epi32(_mm_cvtps_epi32(range), _mm_set1_epi32(cpu->reach));
         need = _mm_max_epi32(_mm_shuffle_epi32(need, _MM_SHUFFLE(2, 0, 1, 0)),
                              _mm_shuffle_epi32(need, _MM_SHUFFLE(3, 1, 3, 2)));
         t->margin = max(_mm_extract_epi32(need, 0), _mm_extract_epi32(need, 1));
@@ -250,7 +263,7 @@ static inline void sort(tile *t)
 
 /* Keys of the tile's rows: the squared distance, and below it the rank in `bits` bits. Keeps the greatest squared
  * distances of all tiles in `farthest`. */
-static inline void decide(const pv_cpu *cpu, tile *t, __m256i *farthest)
+ALWAYS void decide(int32_t metric, const pv_cpu *cpu, tile *t, __m256i *farthest)
 {
     const pv_columns *c = &cpu->columns;
     const __m128i bits = _mm_cvtsi32_si128(t->bits);
@@ -274,7 +287,7 @@ static inline void decide(const pv_cpu *cpu, tile *t, __m256i *farthest)
         sine = _mm256_slli_epi32(sine, 8);
 #pragma GCC unroll 8
         for (int r = 0; r < PV_TILE; r++) {
-            __m256i d = _mm256_or_si256(_mm256_sll_epi32(squared(u, v, box), bits), rank);
+            __m256i d = _mm256_or_si256(_mm256_sll_epi32(squared(metric, u, v, box), bits), rank);
             key[r] = _mm256_min_epu32(key[r], d);
             u = _mm256_add_epi32(u, sine);
             v = _mm256_add_epi32(v, cosine);
@@ -338,24 +351,33 @@ static inline void write_labels(const pv_cpu *cpu, const tile *t, int32_t column
         _mm256_maskstore_epi32(to, inside, _mm256_i32gather_epi32(t->index, t->owner[r], 4));
 }
 
+/* The mask of the tile, a bit for each pixel in the order of pack. */
+static inline uint64_t mask_of(const pv_cpu *cpu, const tile *t)
+{
+    uint64_t mask = pv_tile_mask(&cpu->plane, t->x0, t->y0), left = _pext_u64(mask, 0x0f0f0f0f0f0f0f0f);
+    uint64_t right = _pext_u64(mask, 0xf0f0f0f0f0f0f0f0);
+    return (left & 0xffff) | (right & 0xffff) << 16 | (left >> 16) << 32 | (right >> 16) << 48;
+}
+
 /* Finds the tile's candidates. 0 if it does not fit the scheme. */
-static inline int find(const pv_cpu *cpu, tile *t)
+ALWAYS int find(int32_t metric, const pv_cpu *cpu, tile *t)
 {
     __m128i within;
-    if (cpu->reach > NEAR - STEP - BOUND || !search(cpu, t, &within))
+    if (cpu->reach > NEAR - STEP - BOUND || !search(metric, cpu, t, &within))
         return 0;
     list(cpu, t, within);
     t->bits = t->count > 1 ? 32 - __builtin_clz((uint32_t)t->count - 1) : 0;
-    uint64_t farthest = (uint64_t)(t->margin - cpu->reach + ACROSS); /* of a candidate from a pixel */
+    uint64_t farthest = (uint64_t)((t->margin - cpu->reach) / cpu->stretch) + ACROSS; /* of a candidate from a pixel */
     return !(farthest * farthest >> (32 - t->bits));
 }
 
-static inline void label_tile(const pv_cpu *cpu, tile *t, __m256i *farthest, pv_sum *sums, int32_t *labels)
+ALWAYS void label_tile(int32_t metric, const pv_cpu *cpu, tile *t, __m256i *farthest, pv_sum *sums, int32_t *labels)
 {
     sort(t);
-    decide(cpu, t, farthest);
+    decide(metric, cpu, t, farthest);
     int32_t columns = min(cpu->plane.width - t->x0, PV_TILE), rows = min(cpu->plane.height - t->y0, PV_TILE);
-    collect(t, columns + rows == 2 * PV_TILE ? ~(uint64_t)0 : inside_of(columns, rows), sums);
+    uint64_t inside = columns + rows == 2 * PV_TILE ? ~(uint64_t)0 : inside_of(columns, rows);
+    collect(t, cpu->plane.mask ? inside & ~mask_of(cpu, t) : inside, sums);
     if (labels)
         write_labels(cpu, t, columns, rows, labels);
 }
@@ -365,7 +387,7 @@ static int32_t first_margin(const pv_cpu *cpu)
     return min(cpu->bucket + cpu->reach, NEAR - STEP);
 }
 
-int32_t pv_label_row_avx2(const pv_cpu *cpu, int32_t ty, pv_sum *sums, int32_t *labels)
+ALWAYS int32_t label_row(int32_t metric, const pv_cpu *cpu, int32_t ty, pv_sum *sums, int32_t *labels)
 {
     tile t;
     int32_t radius = 0, squares[PV_LANES];
@@ -375,8 +397,8 @@ int32_t pv_label_row_avx2(const pv_cpu *cpu, int32_t ty, pv_sum *sums, int32_t *
     for (t.x0 = 0; t.x0 < cpu->plane.width; t.x0 += PV_TILE) {
         __m256i before = farthest;
         int counts = pv_watched(cpu, t.x0, t.y0);
-        if (find(cpu, &t)) {
-            label_tile(cpu, &t, &farthest, sums, labels);
+        if (find(metric, cpu, &t)) {
+            label_tile(metric, cpu, &t, &farthest, sums, labels);
             farthest = counts ? farthest : before;
             continue;
         }
@@ -386,8 +408,17 @@ int32_t pv_label_row_avx2(const pv_cpu *cpu, int32_t ty, pv_sum *sums, int32_t *
     }
     store(squares, farthest);
     for (int i = 0; i < PV_LANES; i++)
-        radius = max(radius, (int32_t)pv_isqrt((uint32_t)squares[i]) + 1 + cpu->reach + PV_METRIC_SLACK);
+        radius = max(radius, pv_cpu_range(cpu, pv_isqrt((uint32_t)squares[i]) + 1 + PV_METRIC_SLACK));
     return radius;
+}
+
+int32_t pv_label_row_avx2(const pv_cpu *cpu, int32_t ty, pv_sum *sums, int32_t *labels)
+{
+    if (cpu->plane.metric == PAVE_METRIC_BOX)
+        return label_row(PAVE_METRIC_BOX, cpu, ty, sums, labels);
+    if (cpu->plane.metric == PAVE_METRIC_SQUARE)
+        return label_row(PAVE_METRIC_SQUARE, cpu, ty, sums, labels);
+    return label_row(PAVE_METRIC_DIAMOND, cpu, ty, sums, labels);
 }
 
 #ifdef __clang__

@@ -1,8 +1,8 @@
 /* Tiles with candidate lists, in portable C.
  *
  * A site can own a pixel of a tile only if its distance from the tile's centre is at most the least such distance plus
- * twice the tile's radius: the metric is the distance to a convex box, which changes by no more than the way walked.
- * `slack` covers the rounding. Buckets farther than that plus the greatest box need not be looked into. */
+ * twice the tile's radius: no metric changes by more than the way walked. `slack` covers the rounding. Buckets beyond
+ * the range of that distance need not be looked into. */
 #include "backend/cpu.h"
 #include "backend/metric.h"
 
@@ -28,7 +28,7 @@ typedef struct box {
 /* How far a computed distance of about `d` may be from the true one. */
 static double slack(const pv_cpu *cpu, double d)
 {
-    return PV_METRIC_SLACK + (d + cpu->reach) * 0x1p-14;
+    return PV_METRIC_SLACK + (d * cpu->stretch + cpu->reach) * 0x1p-14;
 }
 
 /* The buckets within `radius` (1/256 px) of a point. */
@@ -47,7 +47,7 @@ static void search_run(const pv_cpu *cpu, int32_t row, int32_t left, int32_t rig
 {
     const int32_t *first = cpu->first + (int64_t)row * cpu->across;
     for (int32_t i = first[left]; i < first[right + 1]; i++) {
-        uint64_t d = pv_metric(pv_cpu_sorted(cpu, i), x, y);
+        uint64_t d = pv_metric(cpu->plane.metric, pv_cpu_sorted(cpu, i), x, y);
         if (d < *least || (d == *least && cpu->index[i] < *label))
             *least = d, *label = cpu->index[i];
     }
@@ -62,7 +62,7 @@ static int32_t nearest(const pv_cpu *cpu, int32_t x, int32_t y, uint64_t *least)
     by = by < cpu->down ? by : cpu->down - 1;
     *least = UINT64_MAX;
     for (int32_t ring = 0; ring <= rings; ring++) {
-        double gap = ((double)ring - 1) * cpu->bucket - cpu->reach;
+        double gap = (((double)ring - 1) * cpu->bucket - cpu->reach) / cpu->stretch;
         gap -= slack(cpu, gap);
         if (*least != UINT64_MAX && gap > 0 && gap * gap > (double)*least)
             break;
@@ -114,15 +114,15 @@ static int32_t find_candidates(const pv_cpu *cpu, tile *t)
     double bound = sqrt((double)least) + 2 * PV_TILE_RADIUS;
     bound += 4 * slack(cpu, bound);
     uint64_t within = (uint64_t)(bound * bound);
-    int32_t radius = (int32_t)fmin(bound, INT32_MAX / 4) + cpu->reach - PV_TILE_RADIUS;
-    box b = buckets_within(cpu, t->cx, t->cy, bound + cpu->reach + slack(cpu, bound));
+    int32_t radius = pv_cpu_range(cpu, bound - PV_TILE_RADIUS);
+    box b = buckets_within(cpu, t->cx, t->cy, (bound + slack(cpu, bound)) * cpu->stretch + cpu->reach);
     t->count = 0;
     t->narrow = 1;
     for (int32_t row = b.top; row <= b.bottom; row++) {
         const int32_t *first = cpu->first + (int64_t)row * cpu->across;
         for (int32_t i = first[b.left]; i < first[b.right + 1]; i++) {
             const pave_site *site = pv_cpu_sorted(cpu, i);
-            if (pv_metric(site, t->cx, t->cy) > within)
+            if (pv_metric(cpu->plane.metric, site, t->cx, t->cy) > within)
                 continue;
             if (t->count == CAPACITY) {
                 t->count = CAPACITY + 1;
@@ -135,38 +135,55 @@ static int32_t find_candidates(const pv_cpu *cpu, tile *t)
     return radius;
 }
 
-/* One candidate against every pixel of the tile: pv_metric in 32 bits, modulo 2^32 until the shift. */
-static void offer_narrow(const tile *t, int32_t k, uint32_t *least, uint8_t *owner)
+/* One candidate against every pixel of the tile: pv_metric in 32 bits, modulo 2^32 until the shift. Inlined for each
+ * metric. */
+static inline void offer(int32_t metric, const tile *t, int32_t k, uint32_t *least, uint8_t *owner)
 {
     const pave_site *s = &t->site[k];
     uint32_t dx = (uint32_t)(256 * t->x0 + 128 - s->x), dy = (uint32_t)(256 * t->y0 + 128 - s->y);
-    uint32_t c = (uint32_t)s->cosine, n = (uint32_t)s->sine;
+    uint32_t c = (uint32_t)s->cosine, n = (uint32_t)s->sine, a = (uint32_t)s->half_x, b = (uint32_t)s->half_y;
     uint32_t u0 = dx * c + dy * n + 32768, v0 = dy * c - dx * n + 32768;
     for (uint32_t i = 0; i < PIXELS; i++) {
         uint32_t x = i % PV_TILE * 256, y = i / PV_TILE * 256;
-        int32_t u = (int32_t)(u0 + x * c + y * n) >> 16, v = (int32_t)(v0 + y * c - x * n) >> 16;
-        u = (u < 0 ? -u : u) - s->half_x;
-        v = (v < 0 ? -v : v) - s->half_y;
-        u = u > 0 ? u : 0;
-        v = v > 0 ? v : 0;
-        uint32_t d = (uint32_t)(u * u) + (uint32_t)(v * v);
+        int32_t su = (int32_t)(u0 + x * c + y * n) >> 16, sv = (int32_t)(v0 + y * c - x * n) >> 16;
+        uint32_t u = (uint32_t)(su < 0 ? -su : su), v = (uint32_t)(sv < 0 ? -sv : sv), d;
+        if (metric == PAVE_METRIC_BOX) {
+            u = u > a ? u - a : 0;
+            v = v > b ? v - b : 0;
+            d = u * u + v * v;
+        } else {
+            u = u * a >> 16;
+            v = v * b >> 16;
+            u = metric == PAVE_METRIC_DIAMOND ? u + v : u > v ? u : v;
+            d = u * u;
+        }
         owner[i] = d < least[i] ? (uint8_t)k : owner[i];
         least[i] = d < least[i] ? d : least[i];
     }
 }
 
-static void offer_wide(const tile *t, int32_t k, uint64_t *least, uint8_t *owner)
+static void offer_narrow(int32_t metric, const tile *t, int32_t k, uint32_t *least, uint8_t *owner)
+{
+    if (metric == PAVE_METRIC_BOX)
+        offer(PAVE_METRIC_BOX, t, k, least, owner);
+    else if (metric == PAVE_METRIC_SQUARE)
+        offer(PAVE_METRIC_SQUARE, t, k, least, owner);
+    else
+        offer(PAVE_METRIC_DIAMOND, t, k, least, owner);
+}
+
+static void offer_wide(int32_t metric, const tile *t, int32_t k, uint64_t *least, uint8_t *owner)
 {
     for (int32_t i = 0; i < PIXELS; i++) {
         int32_t x = t->x0 + i % PV_TILE, y = t->y0 + i / PV_TILE;
-        uint64_t d = pv_metric(&t->site[k], 256 * x + 128, 256 * y + 128);
+        uint64_t d = pv_metric(metric, &t->site[k], 256 * x + 128, 256 * y + 128);
         owner[i] = d < least[i] ? (uint8_t)k : owner[i];
         least[i] = d < least[i] ? d : least[i];
     }
 }
 
 /* Returns the greatest squared distance of a pixel from its site. */
-static uint64_t decide(tile *t)
+static uint64_t decide(int32_t metric, tile *t)
 {
     uint64_t most = 0;
     uint32_t narrow[PIXELS];
@@ -176,9 +193,9 @@ static uint64_t decide(tile *t)
     memset(t->owner, 0, sizeof t->owner);
     for (int32_t k = 0; k < t->count; k++) {
         if (t->narrow)
-            offer_narrow(t, k, narrow, t->owner);
+            offer_narrow(metric, t, k, narrow, t->owner);
         else
-            offer_wide(t, k, wide, t->owner);
+            offer_wide(metric, t, k, wide, t->owner);
     }
     for (int32_t i = 0; i < PIXELS; i++) {
         uint64_t d = t->narrow ? narrow[i] : wide[i];
@@ -191,12 +208,14 @@ static void collect(const pv_cpu *cpu, const tile *t, pv_sum *sums, int32_t *lab
 {
     int32_t right = t->x0 + PV_TILE < cpu->plane.width ? t->x0 + PV_TILE : cpu->plane.width;
     int32_t bottom = t->y0 + PV_TILE < cpu->plane.height ? t->y0 + PV_TILE : cpu->plane.height;
+    uint64_t mask = pv_tile_mask(&cpu->plane, t->x0, t->y0);
     for (int32_t y = t->y0; y < bottom; y++)
         for (int32_t x = t->x0; x < right; x++) {
             int32_t label = t->count > CAPACITY
                                 ? pv_label_pixel(cpu, x, y)
                                 : t->index[t->owner[(y - t->y0) * PV_TILE + x - t->x0]];
-            pv_sum_add(&sums[label], 1, x, y);
+            if (!(mask >> ((y - t->y0) * PV_TILE + x - t->x0) & 1))
+                pv_sum_add(&sums[label], 1, x, y);
             if (labels)
                 labels[(int64_t)y * cpu->plane.width + x] = label;
         }
@@ -211,8 +230,9 @@ int32_t pv_label_tile_portable(const pv_cpu *cpu, int32_t x, int32_t y, pv_sum *
     t.cy = 256 * (y + PV_TILE / 2);
     int32_t radius = find_candidates(cpu, &t);
     if (t.count <= CAPACITY) {
-        double most = sqrt((double)decide(&t)), far = most + 1 + slack(cpu, most) + cpu->reach;
-        radius = far < radius ? (int32_t)far : radius;
+        double most = sqrt((double)decide(cpu->plane.metric, &t));
+        int32_t far = pv_cpu_range(cpu, most + 1 + slack(cpu, most));
+        radius = far < radius ? far : radius;
     }
     collect(cpu, &t, sums, labels);
     return radius;

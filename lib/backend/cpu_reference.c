@@ -8,7 +8,7 @@ static int32_t nearest(const pv_cpu *cpu, int32_t x, int32_t y, uint64_t *distan
     int32_t best = 0;
     uint64_t least = UINT64_MAX;
     for (int32_t i = 0; i < cpu->plane.sites; i++) {
-        uint64_t d = pv_metric(&cpu->sites[i], x, y);
+        uint64_t d = pv_metric(cpu->plane.metric, &cpu->sites[i], x, y);
         if (d < least)
             least = d, best = i;
     }
@@ -25,9 +25,10 @@ int32_t pv_label_row_reference(const pv_cpu *cpu, int32_t ty, pv_sum *sums, int3
             uint64_t d;
             int32_t label = nearest(cpu, 256 * x + 128, 256 * y + 128, &d);
             farthest = d > farthest && pv_watched(cpu, x / PV_TILE * PV_TILE, ty * PV_TILE) ? d : farthest;
-            pv_sum_add(&sums[label], 1, x, y);
+            if (!pv_masked(&cpu->plane, x, y))
+                pv_sum_add(&sums[label], 1, x, y);
             if (labels)
                 labels[(int64_t)y * cpu->plane.width + x] = label;
         }
-    return (int32_t)pv_isqrt(farthest) + 1 + cpu->reach + PV_METRIC_SLACK;
+    return pv_cpu_range(cpu, pv_isqrt(farthest) + 1 + PV_METRIC_SLACK);
 }

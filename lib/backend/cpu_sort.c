@@ -63,14 +63,15 @@ static void place_block(void *data, int32_t block, int32_t worker)
     }
 }
 
-static void set_column(const pv_columns *c, int32_t at, const pave_site *s)
+/* Extents are cut to 15 bits, slopes have 16. */
+static void set_column(const pv_columns *c, int32_t at, const pave_site *s, int32_t most)
 {
-    int32_t a = s->half_x < 32767 ? s->half_x : 32767, b = s->half_y < 32767 ? s->half_y : 32767;
+    int32_t a = s->half_x < most ? s->half_x : most, b = s->half_y < most ? s->half_y : most;
     c->x[at] = s->x;
     c->y[at] = s->y;
     c->cosine[at] = s->cosine;
     c->sine[at] = s->sine;
-    c->box[at] = b << 16 | a;
+    c->box[at] = (int32_t)((uint32_t)b << 16 | (uint32_t)a);
 }
 
 static void fill_part(void *data, int32_t part, int32_t worker)
@@ -78,13 +79,14 @@ static void fill_part(void *data, int32_t part, int32_t worker)
     (void)worker;
     pv_cpu *cpu = data;
     int32_t *place = cpu->place + part * cpu->buckets, to = part_begin(cpu, part + 1);
+    int32_t most = cpu->plane.metric == PAVE_METRIC_BOX ? 32767 : 65535;
     for (int32_t i = part_begin(cpu, part); i < to; i++) {
         int32_t at = place[bucket_of(cpu, &cpu->sites[i])]++;
         cpu->index[at] = i;
         if (cpu->sorted)
             cpu->sorted[at] = cpu->sites[i];
         else
-            set_column(&cpu->columns, at, &cpu->sites[i]);
+            set_column(&cpu->columns, at, &cpu->sites[i], most);
     }
 }
 

@@ -25,7 +25,7 @@ static int32_t across(const pv_plane *plane)
 /* Is some pixel of the square around near an edge? The squares fit a cache, and the edges of a large plane do not. */
 static inline int may_be_near(const pv_plane *plane, int32_t px, int32_t py)
 {
-    return plane->edge &&
+    return plane->edge && !plane->direction &&
            (!plane->near || plane->near[(int64_t)(py / PV_NEAR) * across(plane) + px / PV_NEAR]);
 }
 
@@ -99,25 +99,36 @@ static int near_edge(const pv_plane *plane, int32_t x, int32_t y, edge_near *out
     return normalise(gx, gy, &out->nx, &out->ny);
 }
 
-static void turn(const pv_plane *plane, pave_site *site, const edge_near *edge, pv_noise_cell *cell)
+/* Eq. 3: a quarter turn from the gradient */
+static void turn_by_edge(const edge_near *edge, pave_site *site)
 {
-    if (edge) { /* Eq. 3: a quarter turn from the gradient */
-        site->cosine = edge->ny;
-        site->sine = -edge->nx;
-    } else {
-        pv_lattice across = pv_lattice_of(plane->noise_wave, plane->period_x);
-        pv_lattice down = pv_lattice_of(plane->noise_wave, plane->period_y);
-        int64_t noise = pv_noise(cell, plane->noise_key, &across, &down, site->x + plane->origin_x,
-                                 site->y + plane->origin_y);
-        pv_turn((int32_t)(noise * plane->noise_swing >> 16), &site->cosine, &site->sine);
+    site->cosine = edge->ny;
+    site->sine = -edge->nx;
+}
+
+/* Away from edges a site is turned by the noise, or everywhere by the directions that were given. */
+void pv_site_turn_by_noise(const pv_plane *plane, pv_noise_cell *cell, pave_site *site)
+{
+    if (plane->direction) {
+        int32_t x = clamp(site->x >> 8, 0, plane->width - 1), y = clamp(site->y >> 8, 0, plane->height - 1);
+        pv_turn(plane->direction[(int64_t)y * plane->width + x], &site->cosine, &site->sine);
+        return;
     }
+    pv_lattice across = pv_lattice_of(plane->noise_wave, plane->period_x);
+    pv_lattice down = pv_lattice_of(plane->noise_wave, plane->period_y);
+    int64_t noise = pv_noise(cell, plane->noise_key, &across, &down, site->x + plane->origin_x,
+                             site->y + plane->origin_y);
+    pv_turn((int32_t)(noise * plane->noise_swing >> 16), &site->cosine, &site->sine);
 }
 
 void pv_site_turn(const pv_plane *plane, pave_site *site)
 {
     edge_near edge;
     pv_noise_cell cell = { .known = 0 };
-    turn(plane, site, near_edge(plane, site->x, site->y, &edge) ? &edge : NULL, &cell);
+    if (near_edge(plane, site->x, site->y, &edge))
+        turn_by_edge(&edge, site);
+    else
+        pv_site_turn_by_noise(plane, &cell, site);
 }
 
 static int32_t mean(int64_t sum, int64_t count)
@@ -175,8 +186,7 @@ static int32_t past_centroid(const pv_plane *plane, int32_t from, int32_t centro
     return centroid + clamp((int32_t)way, -plane->cell, plane->cell);
 }
 
-void pv_site_relax(const pv_plane *plane, int32_t index, int32_t iteration, const pv_sum *sum, pv_noise_cell *cell,
-                   pave_site *site)
+int pv_site_relax(const pv_plane *plane, int32_t index, int32_t iteration, const pv_sum *sum, pave_site *site)
 {
     if (sum->count) {
         site->x = past_centroid(plane, site->x, mean(sum->x, sum->count));
@@ -188,11 +198,11 @@ void pv_site_relax(const pv_plane *plane, int32_t index, int32_t iteration, cons
     site->x = clamp(site->x, 0, right);
     site->y = clamp(site->y, 0, bottom);
     edge_near edge;
-    int near = near_edge(plane, site->x, site->y, &edge);
-    if (near) {
-        int64_t way = plane->push_to - edge.distance;
-        site->x = clamp(site->x + (int32_t)((way * edge.nx + 32768) >> 16), 0, right);
-        site->y = clamp(site->y + (int32_t)((way * edge.ny + 32768) >> 16), 0, bottom);
-    }
-    turn(plane, site, near ? &edge : NULL, cell);
+    if (!near_edge(plane, site->x, site->y, &edge))
+        return 1;
+    int64_t way = plane->push_to - edge.distance;
+    site->x = clamp(site->x + (int32_t)((way * edge.nx + 32768) >> 16), 0, right);
+    site->y = clamp(site->y + (int32_t)((way * edge.ny + 32768) >> 16), 0, bottom);
+    turn_by_edge(&edge, site);
+    return 0;
 }

@@ -24,6 +24,9 @@ int32_t pv_site_stray(const pv_plane *plane, int32_t index, const pave_site *sit
 /* Moves a copy to where its original is, as long as that is in the plane: it stops at the border. */
 void pv_site_copy(const pv_plane *plane, int32_t index, pave_site *sites);
 
-/* Moves site `index` to its cell's centroid, off the edge, and turns it. `cell` is kept from site to site. */
-void pv_site_relax(const pv_plane *plane, int32_t index, int32_t iteration, const pv_sum *sum, pv_noise_cell *cell,
-                   pave_site *site);
+/* Moves site `index` to its cell's centroid, and off the edge, by which it turns. Returns whether there is none near:
+ * then the noise is still to turn it. */
+int pv_site_relax(const pv_plane *plane, int32_t index, int32_t iteration, const pv_sum *sum, pave_site *site);
+
+/* Turns a site by the noise. `cell` is kept from site to site. */
+void pv_site_turn_by_noise(const pv_plane *plane, pv_noise_cell *cell, pave_site *site);

@@ -21,6 +21,7 @@ struct pave_context {
     const char *stage;
     double stage_from, stage_to; /* the share of the whole call that the stage under way covers */
     double done, reported, reported_at;
+    int drafts; /* files are parts of a folder that is made durable as a whole */
     char text[1024];
 };
 

@@ -97,7 +97,7 @@ int32_t pv_region_radius(const pave_cvd *cvd, pv_rect part);
 void pv_region_share(const pv_home *homes, pave_cvd *cvd);
 
 /* iterate.c: has an engine move the region's sites and label its pixels; leaves less of the region, with less of
- * `seeds` and `edge`, if what iterations have taken from it need not be computed. */
+ * `seeds` and `edge`, if what iterations have taken from it need not be computed. Without seeds all of it stays. */
 pave_result pv_iterate(pave_context *context, pv_plane *plane, pv_seeds *seeds, uint16_t *edge, pave_cvd *cvd);
 
 /* torus.c: how much of the plane around one period it takes to compute the whole of a plane that repeats, px; and the

@@ -167,7 +167,7 @@ static pave_result run(job *j)
     void *engine = NULL;
     pave_cvd *cvd = j->cvd;
     pave_result result = j->backend->open(j->context, j->plane, &engine, cvd->backend_name);
-    j->lacking = pv_most_reach(&cvd->params) - pv_plane_reach(j->plane);
+    j->lacking = j->seeds ? pv_most_reach(&cvd->params) - pv_plane_reach(j->plane) : 0;
     j->done = is_done(cvd);
     for (int less = 0; !result && !j->done && !less;) {
         result = step(j, engine);
@@ -204,7 +204,7 @@ static pave_result run_anyhow(job *j)
 pave_result pv_iterate(pave_context *context, pv_plane *plane, pv_seeds *seeds, uint16_t *edge, pave_cvd *cvd)
 {
     const pv_backend *backend = pv_backend_choose(context, plane, cvd->params.iterations);
-    job j = { context, backend, plane, seeds, edge, cvd, 0, 0, 0 };
+    job j = { context, backend, plane, seeds, edge, cvd, 0, !seeds, 0 };
     if (!backend)
         return pv_fail(context, PAVE_ERR_UNSUPPORTED, "this build of libpave has no such backend");
     cvd->movement = cvd->steps = 0;

@@ -3,12 +3,16 @@
  * The frontier is made of unit cracks between pixels. Seen from a pixel's centre its nearest point is either straight
  * ahead in the pixel's own row or column, or the end of a crack: a lattice corner. The first kind is a run length, the
  * second an ordinary distance transform of lattice corners (columns first, then the lower envelope of parabolas:
- * Felzenszwalb and Huttenlocher 2012). All in half pixels, so all integers. */
+ * Felzenszwalb and Huttenlocher 2012). All in half pixels, so all integers.
+ *
+ * Some rows at a time the columns go down or up, strips of columns side by side; then each row looks across alone. */
+#include "base/parallel.h"
 #include "field/field.h"
 
 #include "util/fixed.h"
 
 #include <math.h>
+#include <string.h>
 
 #define NONE ((int64_t)1 << 40)
 
@@ -71,25 +75,6 @@ static void along_row(const pv_drawing *d, int32_t y, int32_t *row)
     }
 }
 
-/* For every row of pixels: half pixels (odd) up or down to the nearest corner, for each of the width + 1 columns of
- * corners; also the straight distances along columns. `up` and `straight` carry over from row to row. */
-static void down_columns(const pv_drawing *d, int32_t y, int32_t step, int32_t *corners, int32_t *straight,
-                         int32_t *row)
-{
-    int32_t edge = step > 0 ? y : y + 1, before = y - step;
-    if (d->wraps)
-        before = before < 0 ? d->height - 1 : before < d->height ? before : 0;
-    for (int32_t x = 0; x <= d->width; x++)
-        corners[x] = corner(d, x, edge) ? 1 : corners[x] < INT32_MAX / 2 ? corners[x] + 2 : corners[x];
-    for (int32_t x = 0; x < d->width; x++) {
-        if (before >= 0 && before < d->height && differ(d, x, before, x, y))
-            straight[x] = 1;
-        else if (straight[x] < INT32_MAX / 2)
-            straight[x] += 2;
-        row[x] = nearer(row[x], straight[x]);
-    }
-}
-
 typedef struct envelope {
     int32_t *apex;
     int64_t *from; /* the half-pixel column where a parabola begins to be the lowest */
@@ -136,21 +121,80 @@ static void to_corners(const envelope *e, const int32_t *h, int32_t pad, int32_t
     }
 }
 
-/* Scratch for rows: corner heights from above, from below (kept for every row), straight runs, envelope. */
-typedef struct scratch {
-    int32_t *above, *straight;
-    int32_t *wide, pad; /* where the borders meet: `above` and half a turn more on both sides */
-    envelope envelope;
-} scratch;
+enum { ROWS = 32 /* at a time */, STRIP = 256 /* columns together */ };
 
-static void look_across(const pv_drawing *d, scratch *s, int32_t *row)
+/* Heights of corners and lengths of runs carry over from row to row; the other scratch is each worker's own. */
+typedef struct sweep {
+    const pv_drawing *drawing;
+    int32_t *distance;
+    int32_t step, done, rows; /* rows this time */
+    int32_t columns, pad;     /* an envelope's: where the borders meet, half a turn more on both sides */
+    int32_t *corners, *straight;
+    int32_t *heights;         /* of corners: ROWS times width + 1 */
+    int32_t *wide, *apex;
+    int64_t *from;
+} sweep;
+
+static int32_t row_at(const sweep *s, int32_t i)
 {
-    int32_t columns = d->width + 1 + 2 * s->pad;
-    const int32_t *h = s->wide ? s->wide : s->above;
-    for (int32_t i = 0, at = d->width - s->pad; i < columns && s->wide; i++, at++)
-        s->wide[i] = s->above[at % d->width];
-    build_envelope(&s->envelope, h, columns);
-    to_corners(&s->envelope, h, s->pad, d->width, row);
+    int32_t y = (s->done + i) % s->drawing->height;
+    return s->step > 0 ? y : s->drawing->height - 1 - y;
+}
+
+/* For a row of pixels: half pixels (odd) up or down to the nearest corner, for the columns of corners `begin` to `end`;
+ * also the straight distances along columns. */
+static void down_columns(const sweep *s, int32_t y, int32_t begin, int32_t end, int32_t *row)
+{
+    const pv_drawing *d = s->drawing;
+    int32_t edge = s->step > 0 ? y : y + 1, before = y - s->step;
+    int32_t *corners = s->corners, *straight = s->straight;
+    if (d->wraps)
+        before = before < 0 ? d->height - 1 : before < d->height ? before : 0;
+    for (int32_t x = begin; x < end; x++)
+        corners[x] = corner(d, x, edge) ? 1 : corners[x] < INT32_MAX / 2 ? corners[x] + 2 : corners[x];
+    for (int32_t x = begin; x < end && x < d->width; x++) {
+        if (before >= 0 && before < d->height && differ(d, x, before, x, y))
+            straight[x] = 1;
+        else if (straight[x] < INT32_MAX / 2)
+            straight[x] += 2;
+        row[x] = nearer(row[x], straight[x]);
+    }
+}
+
+static void go_along_columns(void *data, int32_t begin, int32_t end, int32_t worker)
+{
+    const sweep *s = data;
+    (void)worker;
+    for (int32_t i = 0; i < s->rows; i++) {
+        int32_t y = row_at(s, i);
+        down_columns(s, y, begin, end, s->distance + (int64_t)y * s->drawing->width);
+        memcpy(s->heights + (int64_t)i * (s->drawing->width + 1) + begin, s->corners + begin,
+               (size_t)(end - begin) * sizeof *s->heights);
+    }
+}
+
+static void look_across(void *data, int32_t i, int32_t worker)
+{
+    const sweep *s = data;
+    int32_t width = s->drawing->width;
+    int64_t own = (int64_t)worker * s->columns;
+    const int32_t *h = s->heights + (int64_t)i * (width + 1);
+    if (s->pad) {
+        int32_t *wide = s->wide + own;
+        for (int32_t k = 0, at = width - s->pad; k < s->columns; k++, at++)
+            wide[k] = h[at % width];
+        h = wide;
+    }
+    envelope e = { s->apex + own, s->from + own, 0 };
+    build_envelope(&e, h, s->columns);
+    to_corners(&e, h, s->pad, width, s->distance + (int64_t)row_at(s, i) * width);
+}
+
+static void look_along(void *data, int32_t y, int32_t worker)
+{
+    const sweep *s = data;
+    (void)worker;
+    along_row(s->drawing, y, s->distance + (int64_t)y * s->drawing->width);
 }
 
 static void far_away(int32_t *values, int64_t count)
@@ -159,48 +203,60 @@ static void far_away(int32_t *values, int64_t count)
         values[i] = INT32_MAX;
 }
 
-static pave_result sweep(pave_context *context, const pv_drawing *d, int32_t step, scratch *s, int32_t *distance)
+/* All the way down or up, twice where the borders meet. */
+static pave_result go(pave_context *context, sweep *s, int32_t step, double from, double to)
 {
     pave_result result = PAVE_OK;
-    far_away(s->above, d->width + 1);
-    far_away(s->straight, d->width);
-    int32_t rows = d->height << d->wraps;
-    for (int32_t i = 0; i < rows && !result; i++) {
-        int32_t y = step > 0 ? i % d->height : d->height - 1 - i % d->height;
-        int32_t *row = distance + (int64_t)y * d->width;
-        if (step > 0 && i < d->height)
-            along_row(d, y, row);
-        down_columns(d, y, step, s->above, s->straight, row);
-        look_across(d, s, row);
-        if (i % 64 == 0)
-            result = pv_progress(context, (step > 0 ? 0.0 : 0.45) + 0.45 * i / rows);
+    int32_t width = s->drawing->width, rows = s->drawing->height << s->drawing->wraps;
+    far_away(s->corners, width + 1);
+    far_away(s->straight, width);
+    s->step = step;
+    for (s->done = 0; s->done < rows && !result; s->done += s->rows) {
+        double at = from + (to - from) * s->done / rows;
+        int32_t left = s->drawing->height - s->done % s->drawing->height; /* no row twice at a time */
+        s->rows = left < ROWS ? left : ROWS;
+        result = pv_parallel_runs(context, width + 1, STRIP, go_along_columns, s, at, at);
+        if (!result)
+            result = pv_parallel(context, s->rows, look_across, s, at, at);
     }
+    return result;
+}
+
+static pave_result allocate(pave_context *context, sweep *s)
+{
+    pave_result result = PAVE_OK;
+    size_t across = (size_t)s->drawing->width + 1, all = (size_t)s->columns * (size_t)pv_workers(context);
+    s->corners = pv_allocate(context, across, sizeof *s->corners, &result);
+    if (!result)
+        s->straight = pv_allocate(context, across, sizeof *s->straight, &result);
+    if (!result)
+        s->heights = pv_allocate(context, ROWS * across, sizeof *s->heights, &result);
+    if (!result && s->pad)
+        s->wide = pv_allocate(context, all, sizeof *s->wide, &result);
+    if (!result)
+        s->apex = pv_allocate(context, all, sizeof *s->apex, &result);
+    if (!result)
+        s->from = pv_allocate(context, all, sizeof *s->from, &result);
     return result;
 }
 
 /* The nearest corner lies above or below: both sweeps look only their way, the smaller distance stays. */
 pave_result pv_euclid(pave_context *context, const pv_drawing *d, int32_t *distance)
 {
-    pave_result result = PAVE_OK;
     int32_t pad = d->wraps ? d->width / 2 + 1 : 0;
-    size_t columns = (size_t)d->width + 1 + 2 * (size_t)pad;
-    scratch s = { .above = pv_allocate(context, columns, sizeof *s.above, &result), .pad = pad };
-    if (!result && pad)
-        s.wide = pv_allocate(context, columns, sizeof *s.wide, &result);
+    sweep s = { .drawing = d, .distance = distance, .columns = d->width + 1 + 2 * pad, .pad = pad };
+    pave_result result = allocate(context, &s);
     if (!result)
-        s.straight = pv_allocate(context, columns, sizeof *s.straight, &result);
+        result = pv_parallel(context, d->height, look_along, &s, 0, 0.1);
     if (!result)
-        s.envelope.apex = pv_allocate(context, columns, sizeof *s.envelope.apex, &result);
+        result = go(context, &s, 1, 0.1, 0.5);
     if (!result)
-        s.envelope.from = pv_allocate(context, columns, sizeof *s.envelope.from, &result);
-    if (!result)
-        result = sweep(context, d, 1, &s, distance);
-    if (!result)
-        result = sweep(context, d, -1, &s, distance);
-    pv_release(s.above);
-    pv_release(s.wide);
+        result = go(context, &s, -1, 0.5, 0.9);
+    pv_release(s.corners);
     pv_release(s.straight);
-    pv_release(s.envelope.apex);
-    pv_release(s.envelope.from);
+    pv_release(s.heights);
+    pv_release(s.wide);
+    pv_release(s.apex);
+    pv_release(s.from);
     return result;
 }

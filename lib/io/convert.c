@@ -1,21 +1,8 @@
 /* Pixels between what images hold and what files hold. */
 #include "io/convert.h"
 
-#include "util/half.h"
-
 #include <math.h>
 #include <string.h>
-
-/* Rounds to nearest, ties to even; beyond the range to infinity. */
-double pv_display_code(double linear)
-{
-    return linear <= 0.0031308 ? 12.92 * linear : 1.055 * pow(linear, 1 / 2.4) - 0.055;
-}
-
-double pv_linear_light(double display)
-{
-    return display <= 0.04045 ? display / 12.92 : pow((display + 0.055) / 1.055, 2.4);
-}
 
 int pv_is_colour(const pave_image *image, int32_t channel)
 {

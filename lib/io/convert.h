@@ -3,10 +3,7 @@
 
 #include "image/image.h"
 #include "util/half.h"
-
-/* sRGB (IEC 61966-2-1). */
-double pv_display_code(double linear);
-double pv_linear_light(double display);
+#include "util/light.h"
 
 /* Channels R, G, B and Y that are not alpha, of an image that is not data. */
 int pv_is_colour(const pave_image *image, int32_t channel);

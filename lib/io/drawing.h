@@ -35,6 +35,10 @@ typedef struct pv_blocks {
 
 pave_result pv_blocks_read(pave_context *context, const pv_blocks *blocks, const pv_target *target);
 
+/* Reads an image file that is open, whatever its format. */
+struct pv_input;
+pave_result pv_image_read_input(pave_context *context, struct pv_input *input, const pv_target *target);
+
 /* Reads an image file as a drawing: codes of the palette, or by the threshold if that is
  * empty or NULL. */
 pave_result pv_drawing_read(pave_context *context, const char *path, const pave_threshold_params *threshold,

@@ -10,21 +10,6 @@
 
 enum { EXPANSION = 1100, FLAG_DEEP = 0x800, FLAG_PARTS = 0x1000 };
 
-static int64_t read_at(exr_const_context_t exr, void *user, void *buffer, uint64_t size, uint64_t offset,
-                       exr_stream_error_func_ptr_t error)
-{
-    (void)exr;
-    (void)error;
-    const pv_exr_call *call = user;
-    return pv_read_at(call->input->file, (int64_t)offset, buffer, (int64_t)size);
-}
-
-static int64_t file_size(exr_const_context_t exr, void *user)
-{
-    (void)exr;
-    return ((const pv_exr_call *)user)->input->size;
-}
-
 static pave_result unsupported(const pv_exr_call *call, const char *what)
 {
     return pv_fail(call->context, PAVE_ERR_UNSUPPORTED, "%s: %s", call->path, what);
@@ -214,28 +199,6 @@ static int good_chunk(const exr_reading *r, const exr_chunk_info_t *chunk, int32
            (layout->compression != EXR_COMPRESSION_NONE || chunk->packed_size == bytes);
 }
 
-static exr_result_t leave_packed(exr_decode_pipeline_t *pipeline)
-{
-    (void)pipeline;
-    return EXR_ERR_SUCCESS;
-}
-
-static pave_result decode_chunk(exr_reading *r, const exr_chunk_info_t *chunk, const uint8_t **out)
-{
-    exr_context_t exr = r->call->exr;
-    exr_decode_pipeline_t *pipeline = &r->pipeline;
-    int first = !pipeline->channels;
-    exr_result_t code = first ? exr_decoding_initialize(exr, 0, chunk, pipeline)
-                              : exr_decoding_update(exr, 0, chunk, pipeline);
-    if (!code && first)
-        code = exr_decoding_choose_default_routines(exr, 0, pipeline);
-    pipeline->unpack_and_convert_fn = leave_packed;
-    if (!code)
-        code = exr_decoding_run(exr, 0, pipeline);
-    *out = pipeline->unpacked_buffer ? pipeline->unpacked_buffer : pipeline->packed_buffer;
-    return code || !*out ? pv_exr_failure(r->call, code ? code : EXR_ERR_CORRUPT_CHUNK) : PAVE_OK;
-}
-
 /* The chunk whose first pixel this is. */
 static pave_result read_chunk(exr_reading *r, int32_t x, int32_t y, int32_t width, char *to)
 {
@@ -248,7 +211,8 @@ static pave_result read_chunk(exr_reading *r, int32_t x, int32_t y, int32_t widt
                       : exr_read_scanline_chunk_info(exr, 0, (int)((int64_t)layout->y0 + y), &chunk);
     if (!code && !good_chunk(r, &chunk, x, y))
         code = EXR_ERR_CORRUPT_CHUNK;
-    pave_result result = code ? pv_exr_failure(r->call, code) : decode_chunk(r, &chunk, &pixels);
+    pave_result result = code ? pv_exr_failure(r->call, code)
+                              : pv_exr_decode(r->call, 0, &chunk, &r->pipeline, &pixels);
     if (!result)
         unpack(layout, &chunk, pixels, width, to);
     return result ? result : pv_progress(r->call->context, 0);
@@ -311,11 +275,8 @@ pave_result pv_exr_read(pave_context *context, pv_input *input, const pv_target 
     pave_result result = check_flags(&call);
     if (result)
         return result;
-    exr_context_initializer_t init = pv_exr_initializer(&call);
-    init.read_fn = read_at;
-    init.size_fn = file_size;
     pv_exr_call *outer = pv_exr_enter(&call);
-    exr_result_t code = exr_start_read(&call.exr, input->path, &init);
+    exr_result_t code = pv_exr_start(&call);
     result = code ? pv_exr_failure(&call, code) : read_pixels(&call, target);
     if (call.exr)
         exr_finish(&call.exr);

@@ -6,14 +6,6 @@
 
 #include <string.h>
 
-static int64_t write_at(exr_const_context_t exr, void *user, const void *buffer, uint64_t size, uint64_t offset,
-                        exr_stream_error_func_ptr_t error)
-{
-    (void)exr;
-    (void)error;
-    return pv_output_at(((pv_exr_call *)user)->output, (int64_t)offset, buffer, size) ? (int64_t)size : -1;
-}
-
 /* The image as it goes into the file. */
 static pv_pixels file_pixels(const pave_image *image)
 {
@@ -67,9 +59,7 @@ static exr_result_t write_chunk(pv_exr_call *call, const pave_image *image, size
     if (code)
         return code;
     bind_channels(image, bytes, band, pipeline);
-    if (first)
-        code = exr_encoding_choose_default_routines(call->exr, 0, pipeline);
-    return code ? code : exr_encoding_run(call->exr, 0, pipeline);
+    return pv_exr_encode(call, 0, first, pipeline);
 }
 
 static pave_result write_pixels(pv_exr_call *call, const pave_image *image, pv_pixels pixels)
@@ -92,10 +82,8 @@ static pave_result write_pixels(pv_exr_call *call, const pave_image *image, pv_p
 
 static pave_result write_file(pv_exr_call *call, const pave_image *image)
 {
-    exr_context_initializer_t init = pv_exr_initializer(call);
     pv_pixels pixels = file_pixels(image);
-    init.write_fn = write_at;
-    exr_result_t code = exr_start_write(&call->exr, call->path, EXR_WRITE_FILE_DIRECTLY, &init);
+    exr_result_t code = pv_exr_start(call);
     if (!code)
         code = write_header(call, image, pixels.type);
     pave_result result = code && !pv_output_failed(call->output) ? pv_exr_failure(call, code) : PAVE_OK;

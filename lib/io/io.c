@@ -5,21 +5,29 @@
 #include "io/exr.h"
 #include "io/output.h"
 #include "io/pavement.h"
+#include "io/radiance.h"
 #include "io/raster.h"
 
 #include <errno.h>
 #include <string.h>
 
+pave_result pv_image_read_input(pave_context *context, pv_input *input, const pv_target *target)
+{
+    uint8_t magic[16] = { 0 };
+    pave_result result = pv_input_read(input, 0, magic, input->size < 16 ? input->size : 16);
+    if (result)
+        return result;
+    return !memcmp(magic, "\x76\x2F\x31\x01", 4)   ? pv_exr_read(context, input, target)
+           : pv_is_radiance(magic, sizeof magic) ? pv_radiance_read(context, input, target)
+                                                 : pv_raster_read(context, input, target);
+}
+
 static pave_result read_file(pave_context *context, const char *path, const pv_target *target)
 {
-    uint8_t magic[4] = { 0 };
     pv_input input;
     pave_result result = pv_input_open(context, path, &input);
     if (!result)
-        result = pv_input_read(&input, 0, magic, input.size < 4 ? input.size : 4);
-    if (!result)
-        result = !memcmp(magic, "\x76\x2F\x31\x01", 4) ? pv_exr_read(context, &input, target)
-                                                        : pv_raster_read(context, &input, target);
+        result = pv_image_read_input(context, &input, target);
     if (!result)
         result = pv_input_unchanged(&input);
     pv_input_close(&input);

@@ -254,7 +254,8 @@ void pv_output_thousandths(pv_output *output, int64_t value)
 /* The rename must not overtake the contents, nor be forgotten: both are made durable, in this order. */
 static void replace_target(pv_output *output)
 {
-    if (fsync(output->file))
+    int alone = !output->context->drafts;
+    if (alone && fsync(output->file))
         output->error = errno;
     else if (!output->temporary[0])
         output->error = take_name(output, link_unnamed);
@@ -263,7 +264,7 @@ static void replace_target(pv_output *output)
     if (output->error)
         return;
     output->temporary[0] = 0;
-    int folder = open(output->folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    int folder = alone ? open(output->folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC) : -1;
     if (folder >= 0) {
         fsync(folder);
         close(folder);

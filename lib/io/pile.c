@@ -22,6 +22,7 @@ static pave_result memory_next(pave_context *context, pv_pile *pile, pv_stone *o
     out->number = stones->sites[at];
     out->part = memory->part;
     out->colour = stones->colours[at];
+    out->rgb = stones->rgb ? stones->rgb + 3 * (int64_t)at : NULL;
     out->corners = (int32_t)(stones->starts[at + 1] - first);
     for (int32_t i = 0; i < 2 * out->corners; i++)
         memory->xy[i] = (int32_t)lround(stones->vertices[2 * first + i] * 1000);

@@ -9,6 +9,7 @@ typedef struct pv_stone {
     int32_t part;    /* of a stone that was cut: 0, 1 ... */
     int32_t corners; /* 0: the pile is at its end */
     uint8_t colour;
+    const uint8_t *rgb; /* of a tile of a mosaic; NULL: a stone */
     const int32_t *xy; /* 1/1000 px; valid until the next stone */
 } pv_stone;
 

@@ -111,12 +111,18 @@ static void columns(const preview *job, int32_t stone, int32_t *left, int32_t *r
     *right = (int32_t)ceil(most) + 1 < job->width ? (int32_t)ceil(most) + 1 : job->width;
 }
 
+static pv_colour colour_of(const pave_stones *stones, int32_t stone)
+{
+    const uint8_t *rgb = stones->rgb ? stones->rgb + 3 * (int64_t)stone : NULL;
+    return rgb ? (pv_colour){ rgb[0], rgb[1], rgb[2] } : pv_laid_colour(stones, stones->colours[stone]);
+}
+
 static void add_stone(const preview *job, float *sums, float *plane, int32_t band, int32_t stone)
 {
     const pave_stones *stones = job->stones;
     int64_t first = stones->starts[stone], end = stones->starts[stone + 1];
     int32_t left, right;
-    pv_colour colour = pv_laid_colour(stones, stones->colours[stone]);
+    pv_colour colour = colour_of(stones, stone);
     float light[3] = { job->light[colour.r], job->light[colour.g], job->light[colour.b] };
     for (int64_t i = first; i < end; i++)
         add_edge(job, plane, (double)band * BAND, &stones->vertices[2 * i],
@@ -128,6 +134,9 @@ static void add_stone(const preview *job, float *sums, float *plane, int32_t ban
         for (int32_t x = left; x < right; x++) {
             covered += row[x];
             float share = fabsf(covered);
+            if (stones->painted) /* over what is there */
+                for (int32_t c = 0; c < 4; c++)
+                    sum[4 * x + c] *= 1 - (share < 1 ? share : 1);
             for (int32_t c = 0; c < 3; c++)
                 sum[4 * x + c] += share * light[c];
             sum[4 * x + 3] += share;

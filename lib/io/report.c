@@ -9,6 +9,7 @@
 #include "cvd/cvd.h"
 #include "field/field.h"
 #include "image/image.h"
+#include "mosaic/mosaic.h"
 #include "util/json.h"
 
 #include <stdio.h>
@@ -127,6 +128,33 @@ static void put_seconds_and_versions(pv_json *json, const pave_report *report)
     pv_json_close(json);
 }
 
+static void put_mosaic(pv_json *json, const pave_stones *stones)
+{
+    const pave_mosaic_measure *m = &stones->mosaic->measure;
+    pv_json_string(json, "pave", pave_version());
+    pv_json_object(json, "plane");
+    pv_json_whole(json, "width", stones->plane_width);
+    pv_json_whole(json, "height", stones->plane_height);
+    pv_json_close(json);
+    pv_json_object(json, "parameters");
+    pv_json_params(json, &pv_mosaic_table, &stones->mosaic->params);
+    pv_json_close(json);
+    pv_json_unsigned(json, "seed", stones->mosaic->params.seed);
+    pv_json_string(json, "backend", stones->backend_name);
+    pv_json_whole(json, "tiles", m->tiles);
+    pv_json_whole(json, "lost", m->lost);
+    pv_json_whole(json, "singularities", m->singularities);
+    const struct { const char *name; double value; } figures[] = {
+        { "tile_side", m->tile_side }, { "coverage", m->coverage }, { "overlap", m->overlap },
+        { "corners4", m->corners4 }, { "squareness", m->squareness }, { "aspect", m->aspect },
+        { "side_cv", m->side_cv }, { "field_angle", m->field_angle }, { "edge_angle", m->edge_angle },
+        { "straddlers", m->straddlers }, { "delta_e", m->delta_e }, { "delta_e_p95", m->delta_e_p95 },
+        { "sizes_met", m->sizes_met }, { "size_error", m->size_error },
+    };
+    for (size_t i = 0; i < sizeof figures / sizeof *figures; i++)
+        pv_json_number(json, figures[i].name, figures[i].value);
+}
+
 pave_result pv_report_write(pave_context *context, pv_pile *pile, const char *path)
 {
     int64_t counts[256];
@@ -141,10 +169,14 @@ pave_result pv_report_write(pave_context *context, pv_pile *pile, const char *pa
         return result;
     pv_json_begin(&json, put, output);
     pv_json_object(&json, NULL);
-    put_origin(&json, stones);
-    put_report(&json, report);
-    put_colours(&json, pile, counts);
-    put_seconds_and_versions(&json, report);
+    if (stones->mosaic) {
+        put_mosaic(&json, stones);
+    } else {
+        put_origin(&json, stones);
+        put_report(&json, report);
+        put_colours(&json, pile, counts);
+        put_seconds_and_versions(&json, report);
+    }
     pv_json_close(&json);
     return pv_output_close(output, PAVE_OK);
 }

@@ -1,4 +1,5 @@
-/* Stones as SVG: one polygon a stone, grouped by colour on a ground of grout. */
+/* Stones as SVG: one polygon a stone, on a ground of grout; grouped by colour, but for mosaics, whose tiles have their
+ * own colours and their order. */
 #include "io/copies.h"
 #include "io/output.h"
 #include "io/palette.h"
@@ -19,8 +20,9 @@ static void put_head(pv_output *output, const pave_stones *stones)
     int32_t x = stones->x, y = stones->y, w = stones->width, h = stones->height;
     snprintf(text, sizeof text,
              "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%d\" height=\"%d\" viewBox=\"%d %d %d %d\">\n"
-             "<title>Pavement of %d stones</title>\n<rect x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\" fill=\"",
-             w, h, x, y, w, h, stones->count, x, y, w, h);
+             "<title>%s of %d %s</title>\n<rect x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\" fill=\"",
+             w, h, x, y, w, h, stones->mosaic ? "Mosaic" : "Pavement", stones->count,
+             stones->mosaic ? "tiles" : "stones", x, y, w, h);
     pv_output_text(output, text);
     put_colour(output, pv_grout);
     pv_output_text(output, "\"/>\n");
@@ -66,6 +68,10 @@ static void put_stone(pv_output *output, const pv_stone *stone)
         pv_output_text(output, ",");
         pv_output_thousandths(output, stone->xy[2 * i + 1]);
     }
+    if (stone->rgb) {
+        pv_output_text(output, "\" fill=\"");
+        put_colour(output, (pv_colour){ stone->rgb[0], stone->rgb[1], stone->rgb[2] });
+    }
     pv_output_text(output, "\"/>\n");
 }
 
@@ -103,6 +109,22 @@ static pave_result put_group(pave_context *context, pv_output *output, pv_pile *
     return result;
 }
 
+static pave_result put_tiles(pave_context *context, pv_output *output, pv_pile *pile)
+{
+    pave_result result = PAVE_OK;
+    pv_stone stone;
+    pile->rewind(pile);
+    for (int64_t seen = 1; !result; seen++) {
+        result = pile->next(context, pile, &stone);
+        if (result || !stone.corners)
+            break;
+        put_stone(output, &stone);
+        if (seen % 4096 == 0)
+            result = pv_progress(context, (double)seen / pile->head.count);
+    }
+    return result;
+}
+
 pave_result pv_svg_write(pave_context *context, pv_pile *pile, const char *path)
 {
     pv_output *output;
@@ -111,7 +133,9 @@ pave_result pv_svg_write(pave_context *context, pv_pile *pile, const char *path)
     if (result)
         return result;
     put_head(output, &pile->head);
-    for (int32_t value = 0; value < 256 && !result; value++)
+    if (pile->head.mosaic)
+        result = put_tiles(context, output, pile);
+    for (int32_t value = 0; value < 256 && !result && !pile->head.mosaic; value++)
         if (pile->counts[value])
             result = put_group(context, output, pile, value, &done);
     pv_output_text(output, "</svg>\n");

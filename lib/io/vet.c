@@ -74,7 +74,7 @@ pave_result pv_vet(pave_context *context, pv_encoded *file, double share)
     if (begins(head, "RIFF", 4) && begins(head + 8, "WEBP", 4))
         return load(context, file, pv_vet_webp);
     return pv_fail(context, PAVE_ERR_FORMAT,
-                   "%s: is not an image that pave reads (PNG, JPEG, TIFF, PNM, WebP, OpenEXR)", file->path);
+                   "%s: is not an image that pave reads (PNG, JPEG, TIFF, PNM, WebP, OpenEXR, Radiance)", file->path);
 }
 
 pave_result pv_check_claims(pave_context *context, const pv_encoded *file)

@@ -1,6 +1,8 @@
 /* Joints: the sides of a stone moved inwards, or its corners drawn in. */
 #include "stones/inscribe.h"
 
+#include "stones/tess.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -8,6 +10,14 @@ static double length_of(pv_cell a, pv_cell b)
 {
     double dx = (double)b.x - a.x, dy = (double)b.y - a.y;
     return sqrt(dx * dx + dy * dy);
+}
+
+/* Corners nearer than this are one to readers that compare with a tolerance: 1/50 px. */
+enum { NEAR = PV_GRID / 50 };
+
+static int are_near(pv_cell a, pv_cell b)
+{
+    return length_of(a, b) < NEAR;
 }
 
 static int is_convex(const pv_cell *ring, int32_t count)
@@ -46,7 +56,8 @@ static int offset_all(const pv_cell *ring, int32_t count, double way, pv_cell *o
             return 0;
     for (int32_t i = 0; i < count; i++) {
         pv_cell a = ring[i], b = ring[(i + 1) % count], p = out[i], q = out[(i + 1) % count];
-        if (((double)b.x - a.x) * ((double)q.x - p.x) + ((double)b.y - a.y) * ((double)q.y - p.y) <= 0)
+        double along = ((double)b.x - a.x) * ((double)q.x - p.x) + ((double)b.y - a.y) * ((double)q.y - p.y);
+        if (along <= 0 || are_near(p, q))
             return 0;
     }
     if (!pv_ring_valid(out, count))
@@ -93,10 +104,10 @@ static int32_t offset_some(const pv_cell *ring, int32_t count, double way, pv_ce
     }
     for (int32_t i = 0; i < n; i++) {
         pv_cell c = { (int32_t)floor(p[0][i][0] + 0.5), (int32_t)floor(p[0][i][1] + 0.5) };
-        if (inside_all(ring, count, c, way) && (!kept || c.x != out[kept - 1].x || c.y != out[kept - 1].y))
+        if (inside_all(ring, count, c, way) && (!kept || !are_near(c, out[kept - 1])))
             out[kept++] = c;
     }
-    while (kept > 1 && out[0].x == out[kept - 1].x && out[0].y == out[kept - 1].y)
+    while (kept > 1 && are_near(out[0], out[kept - 1]))
         kept--;
     return kept >= 3 && is_convex(out, kept) && pv_ring_valid(out, kept) ? kept : 0;
 }

@@ -7,20 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Sums of the normal equations for one vertex's step. */
-typedef struct equations {
-    double xx, xy, yy, bx, by;
-} equations;
-
-static void add_equation(equations *e, double nx, double ny, double rest)
-{
-    e->xx += nx * nx;
-    e->xy += nx * ny;
-    e->yy += ny * ny;
-    e->bx -= nx * rest;
-    e->by -= ny * rest;
-}
-
 static int64_t corner_from(const pv_tess *tess, int64_t place, int on)
 {
     int64_t p = place;
@@ -31,17 +17,18 @@ static int64_t corner_from(const pv_tess *tess, int64_t place, int on)
 }
 
 /* The vertex at `place` is flat: it should lie between the corners around it. */
-static void own_line(const pv_tess *tess, int64_t place, equations *e)
+static void own_line(const pv_tess *tess, int64_t place, pv_equations *e)
 {
     pv_cell v = tess->at[tess->corner[place]], a = tess->at[tess->corner[corner_from(tess, place, 0)]];
     pv_cell b = tess->at[tess->corner[corner_from(tess, place, 1)]];
     double dx = (double)b.x - a.x, dy = (double)b.y - a.y, length = sqrt(dx * dx + dy * dy);
     if (length > 0)
-        add_equation(e, -dy / length, dx / length, (dx * ((double)v.y - a.y) - dy * ((double)v.x - a.x)) / length);
+        pv_add_equation(e, 1, -dy / length, dx / length,
+                        (dx * ((double)v.y - a.y) - dy * ((double)v.x - a.x)) / length);
 }
 
 /* The vertex at `place` is a corner: flat ones on its side should lie between it and the next corner. */
-static void line_of_others(const pv_tess *tess, int64_t place, int on, equations *e)
+static void line_of_others(const pv_tess *tess, int64_t place, int on, pv_equations *e)
 {
     int64_t first = on ? pv_tess_next(tess, place) : pv_tess_previous(tess, place);
     if (pv_is_corner(tess, first))
@@ -58,7 +45,7 @@ static void line_of_others(const pv_tess *tess, int64_t place, int on, equations
         double wx = (double)w.x - v.x, wy = (double)w.y - v.y, t = (wx * dx + wy * dy) / square;
         t = t < 0 ? 0 : t > 1 ? 1 : t;
         double rest = (dx * wy - dy * wx) / length;
-        add_equation(e, (1 - t) * dy / length, -(1 - t) * dx / length, rest);
+        pv_add_equation(e, 1, (1 - t) * dy / length, -(1 - t) * dx / length, rest);
     }
 }
 
@@ -107,6 +94,8 @@ typedef struct realising {
     pv_cell *origin;
     uint8_t *stirred; /* of faces: the last round, from 1, in which a vertex of it moved */
     int32_t rounds, reach, step, apart, least;
+    pv_pull *pull;
+    const void *user;
 } realising;
 
 static int32_t limited(double v, int32_t origin, int32_t reach)
@@ -117,15 +106,15 @@ static int32_t limited(double v, int32_t origin, int32_t reach)
 }
 
 /* Sides that are too short push their ends apart. */
-static void keep_apart(const pv_tess *tess, int64_t place, double least, equations *e)
+static void keep_apart(const pv_tess *tess, int64_t place, double least, pv_equations *e)
 {
     pv_cell v = tess->at[tess->corner[place]], w = tess->at[tess->corner[pv_tess_next(tess, place)]];
     double dx = (double)v.x - w.x, dy = (double)v.y - w.y, length = sqrt(dx * dx + dy * dy);
     if (length < least && length > 0)
-        add_equation(e, dx / length, dy / length, length - least);
+        pv_add_equation(e, 1, dx / length, dy / length, length - least);
 }
 
-static void gather(const pv_tess *tess, int32_t v, double least, equations *e)
+static void gather(const pv_tess *tess, int32_t v, double least, pv_equations *e)
 {
     for (int64_t s = tess->star[v]; s < tess->star[v + 1]; s++) {
         int64_t place = tess->spoke[s];
@@ -180,8 +169,10 @@ static int is_stirred(const realising *r, int32_t v, uint8_t round)
 static void relax_vertex(const realising *r, int32_t v, double stiff, uint8_t round)
 {
     pv_tess *tess = r->tess;
-    equations e = { stiff, 0, stiff, 0, 0 };
+    pv_equations e = { stiff, 0, stiff, 0, 0 };
     gather(tess, v, r->apart, &e);
+    if (r->pull)
+        r->pull(r->user, tess, v, &e);
     double det = e.xx * e.yy - e.xy * e.xy;
     double dx = (e.yy * e.bx - e.xy * e.by) / det, dy = (e.xx * e.by - e.xy * e.bx) / det;
     double way = 1.1 * sqrt(dx * dx + dy * dy), shorter = 1.1 * (way > r->step ? r->step / way : 1);
@@ -218,7 +209,7 @@ pave_result pv_realise_flats(pave_context *context, const pv_realise_params *par
                              double to)
 {
     realising r = { tess, NULL, NULL, params->rounds, params->reach, params->step, params->apart,
-                    params->least };
+                    params->least, params->pull, params->user };
     pave_result result = PAVE_OK;
     r.origin = pv_allocate(context, (size_t)tess->vertex_count, sizeof *r.origin, &result);
     if (!result)

@@ -235,6 +235,7 @@ void pave_stones_free(pave_stones **stones)
     pv_release((*stones)->colours);
     pv_release((*stones)->sites);
     pv_release((*stones)->rgb);
+    pv_release((*stones)->mosaic);
     pv_release(*stones);
     *stones = NULL;
 }

@@ -19,6 +19,8 @@ struct pave_stones {
     uint8_t *colours;
     int32_t *sites;
     uint8_t *rgb; /* r, g, b of each stone, where that is all that is known of its colour; else NULL */
+    struct pv_mosaic_record *mosaic; /* how it was made; NULL: a pavement */
+    int32_t painted;                 /* later stones lie over earlier ones */
     pave_report report;
     pave_cvd_params cvd; /* how it was made, for the report */
     pave_stones_params params;

@@ -12,7 +12,8 @@ typedef struct problem {
     pv_plane plane;
     pave_site *sites;
     pv_home *homes;
-    uint16_t *edge;
+    uint16_t *edge, *direction;
+    uint64_t *mask;
 } problem;
 
 typedef struct outcome {
@@ -88,6 +89,39 @@ static inline void forget(problem *p)
     free(p->sites);
     free(p->homes);
     free(p->edge);
+    free(p->direction);
+    free(p->mask);
+}
+
+/* Rings and a slope of directions; pixels in a ring and in every other diagonal band count for nobody. */
+static inline void draw_directions(problem *p, int masked)
+{
+    int32_t width = p->plane.width, height = p->plane.height, across = (width + 7) / 8;
+    p->plane.direction = p->direction = calloc((size_t)width * (size_t)height, sizeof *p->direction);
+    p->mask = calloc((size_t)across * (size_t)((height + 7) / 8), sizeof *p->mask);
+    p->plane.mask = masked ? p->mask : NULL;
+    for (int32_t y = 0; y < height; y++)
+        for (int32_t x = 0; x < width; x++) {
+            int32_t ring = (x - width / 2) * (x - width / 2) + (y - height / 2) * (y - height / 2);
+            p->direction[y * width + x] = (uint16_t)(ring * 7 + 150 * y);
+            if (ring / 64 % 5 == 0 || (x + y) / 5 % 7 == 0)
+                p->mask[y / 8 * across + x / 8] |= (uint64_t)1 << (y % 8 * 8 + x % 8);
+        }
+}
+
+/* The same sites as the tiles of a mosaic, of sizes 1 .. `sizes` and sides in proportions up to `aspect`. */
+static inline problem as_mosaic(problem p, int32_t metric, double sizes, double aspect, int masked)
+{
+    draw_directions(&p, masked);
+    p.plane.metric = metric;
+    for (int32_t i = 0; i < p.plane.sites; i++) {
+        pv_random r = pv_draw(11, PV_DRAW_SCALE, (uint32_t)i, 0, 0);
+        double size = 1 + (sizes - 1) * r.word[0] * 0x1p-32, proportion = 1 + (aspect - 1) * r.word[1] * 0x1p-32;
+        double slope = pv_steepest(metric) / size;
+        p.sites[i].half_x = (int32_t)(r.word[2] % 2 ? slope : slope / proportion);
+        p.sites[i].half_y = (int32_t)(r.word[2] % 2 ? slope / proportion : slope);
+    }
+    return p;
 }
 
 static inline outcome solve(pave_context *context, const pv_backend *backend, const pv_plane *plane, int32_t iterations)

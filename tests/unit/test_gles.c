@@ -105,6 +105,24 @@ static void clusters_overflow_exactly(void **state)
     compare(context, &pv_cpu_reference_backend, pose(300, 20, 16, CLUSTERED, 0, 2), 3);
 }
 
+/* Pyramids over squares and rhombs, oriented by a given field, with pixels that count for nobody. */
+static void mosaics(void **state)
+{
+    static const double h[] = { 1, 4, 16, 64 };
+    (void)state;
+    need_device();
+    for (int metric = PAVE_METRIC_SQUARE; metric <= PAVE_METRIC_DIAMOND; metric++) {
+        compare(context, &pv_cpu_reference_backend, as_mosaic(pose(97, 61, 4, SPREAD, 0, 0), metric, 1, 1, 1), 5);
+        compare(context, &pv_cpu_reference_backend, as_mosaic(pose(97, 61, 4, CLUSTERED, 1, 300), metric, 4, 3, 1), 5);
+        for (int k = 0; k < 4; k++)
+            compare(context, &pv_cpu_portable_backend,
+                    as_mosaic(pose(256, 203, h[k], SPREAD, 0, 0), metric, 1 + k, 1 + k % 2, k % 2), 10);
+        compare(context, &pv_cpu_portable_backend, as_mosaic(pose(203, 157, 8, SPREAD, 0, 0), metric, 60, 40, 1), 4);
+    }
+    compare(context, &pv_cpu_portable_backend,
+            as_mosaic(pose(900, 900, 10, SPREAD, 0, 2000), PAVE_METRIC_SQUARE, 2, 1, 1), 6);
+}
+
 /* More than one tile of targets, whatever their sides; farther than 2^24 / 256 px from the origin. */
 static void long_planes(void **state)
 {
@@ -248,6 +266,7 @@ int main(void)
         cmocka_unit_test(matches_the_definition),
         cmocka_unit_test(matches_the_cpu),
         cmocka_unit_test(clusters_overflow_exactly),
+        cmocka_unit_test(mosaics),
         cmocka_unit_test(long_planes),
         cmocka_unit_test(planes_lie_anywhere),
         cmocka_unit_test(many_sites),

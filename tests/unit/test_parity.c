@@ -1,5 +1,5 @@
 /* All CPU kernels, on any number of threads, give the same labels, sites and reports. */
-#include "backend/relax.h"
+#include "backend/cpu.h"
 #include "cvd/cvd.h"
 #include "util/random.h"
 
@@ -204,6 +204,51 @@ static void compare_odd(spread how, int32_t count, double h, int32_t greatest)
     free((void *)(uintptr_t)plane.edge);
 }
 
+/* As a mosaic has them: pyramids, oriented by a field, with pixels that count for nobody. */
+static void compare_pyramids(spread how, int32_t count, double h, double sizes, double aspect)
+{
+    int32_t metric = 1 + draw(2), width = 1 + draw(200), height = 1 + draw(200), across = (width + 7) / 8;
+    pv_plane plane = make_plane(width, height, h);
+    pave_site *start = calloc((size_t)count, sizeof *start);
+    pv_home *home = calloc((size_t)count, sizeof *home);
+    uint16_t *direction = malloc(sizeof *direction * (size_t)width * (size_t)height);
+    uint64_t *mask = calloc((size_t)across * (size_t)((height + 7) / 8), sizeof *mask);
+    for (int32_t i = 0; i < width * height; i++)
+        direction[i] = (uint16_t)draw(65536);
+    for (int32_t i = draw(width * height); i > 0; i--)
+        mask[draw((height + 7) / 8) * across + draw(across)] |= (uint64_t)1 << draw(64);
+    plane.metric = metric;
+    plane.direction = direction;
+    plane.mask = draw(2) ? mask : NULL;
+    for (int32_t i = 0; i < count; i++) {
+        double slope = pv_steepest(metric) / (1 + (sizes - 1) * draw(1000) / 1000);
+        place_site(&plane, how, &start[i]);
+        start[i].half_x = slope > 1 ? (int32_t)slope : 1;
+        start[i].half_y = (int32_t)(slope / aspect) > 0 ? (int32_t)(slope / aspect) : 1;
+        home[i] = (pv_home){ start[i].x / plane.cell, start[i].y / plane.cell, i % 64, 0 };
+        pv_site_turn(&plane, &start[i]);
+    }
+    plane.start = start;
+    plane.home = home;
+    plane.sites = count;
+    compare(&plane);
+    free(start);
+    free(home);
+    free(direction);
+    free(mask);
+    free((void *)(uintptr_t)plane.edge);
+}
+
+static void test_pyramids(void **state)
+{
+    (void)state;
+    static const double sides[] = { 1, 4, 16, 50 }, sizes[] = { 1, 1.5, 3, 20, 70000 }, aspects[] = { 1, 2, 30 };
+    static const int32_t counts[] = { 1, 2, 33, 120, 257, 700 };
+    for (int32_t i = 0, n = rounds(30); i < n; i++)
+        compare_pyramids(draw(2) ? ANYWHERE : (spread)draw(SPREADS), counts[draw(6)], pick(sides, 4),
+                         pick(sizes, draw(4) ? 3 : 5), pick(aspects, 3));
+}
+
 static void test_odd_planes(void **state)
 {
     (void)state;
@@ -245,14 +290,50 @@ static void test_noise_cell_is_only_a_memory(void **state)
     }
 }
 
+#ifdef PV_AVX2
+/* Four at a time turn as one alone does, in a cell and beyond its border. */
+static void test_turns_together(void **state)
+{
+    (void)state;
+    int turned = 0;
+    if (!__builtin_cpu_supports("avx2"))
+        skip();
+    for (int32_t i = 0; i < 20000; i++) {
+        pv_plane plane = { .noise_wave = 1 + draw(1 << draw(24)), .noise_swing = draw(65537), .noise_key = 7,
+                           .origin_x = draw(1 << 20) - (1 << 19), .origin_y = draw(1 << 20) - (1 << 19) };
+        pv_noise_cell kept = { .known = 0 };
+        pave_site together[4] = { { .x = draw(1 << 20), .y = draw(1 << 20) } }, *four[4];
+        for (int32_t k = 0; k < 4; k++) {
+            together[k].x = together[0].x + (k ? draw(plane.noise_wave / 4 + 1) : 0);
+            together[k].y = together[0].y + (k ? draw(plane.noise_wave / 4 + 1) : 0);
+            four[k] = &together[k];
+        }
+        pv_site_turn_by_noise(&plane, &kept, four[0]);
+        if (!pv_sites_turn_avx2(&plane, &kept, four))
+            continue;
+        turned++;
+        for (int32_t k = 0; k < 4; k++) {
+            pave_site alone = { .x = together[k].x, .y = together[k].y };
+            pv_site_turn(&plane, &alone);
+            assert_memory_equal(&alone, &together[k], sizeof alone);
+        }
+    }
+    assert_true(turned > 4000);
+}
+#endif
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_random_planes),
         cmocka_unit_test(test_thin_planes),
         cmocka_unit_test(test_odd_planes),
+        cmocka_unit_test(test_pyramids),
         cmocka_unit_test(test_roots),
         cmocka_unit_test(test_noise_cell_is_only_a_memory),
+#ifdef PV_AVX2
+        cmocka_unit_test(test_turns_together),
+#endif
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,7 +3,7 @@
 
 enum {
     FRAGMENTS = 1 << 22,
-    SPREAD = 32, /* the slack, and two subpixels of 1/16 px by which a corner may be drawn off its place */
+    SPREAD = 34, /* the slack, and two subpixels of 1/16 px by which a corner may be drawn off its place */
 };
 
 pave_result pv_gl_raster_enter(pave_context *context, const pv_gl_raster *r, pv_gl_host *host)
@@ -41,7 +41,7 @@ static void mark_row(pv_gl_raster *r, const pv_gl_tile *t, int32_t from, int32_t
 static void mark(pv_gl_raster *r, const pv_gl_tile *t)
 {
     const pv_cpu *cpu = r->cpu;
-    int32_t around = 256 * r->margin + cpu->reach + PV_GL_SLACK, bucket = cpu->bucket;
+    int32_t around = pv_cpu_range(cpu, 256 * r->margin + PV_GL_SLACK), bucket = cpu->bucket;
     int32_t left = pv_gl_max(256 * t->x - around, 0) / bucket, top = pv_gl_max(256 * t->y - around, 0) / bucket;
     int32_t right = pv_gl_min((256 * (t->x + t->width) + around) / bucket, cpu->across - 1);
     int32_t bottom = pv_gl_min((256 * (t->y + t->height) + around) / bucket, cpu->down - 1);
@@ -92,7 +92,10 @@ static void add_record(pv_gl_raster *r, const pv_gl_tile *t, int32_t index)
     r->records[r->count++] = (pv_gl_record){
         s->x - 256 * t->x, s->y - 256 * t->y, s->cosine, s->sine, s->half_x, s->half_y, index,
     };
-    r->fragments += 4 * (s->half_x / 256.0 + r->margin) * (s->half_y / 256.0 + r->margin);
+    if (r->cpu->plane.metric == PAVE_METRIC_BOX)
+        r->fragments += 4 * (s->half_x / 256.0 + r->margin) * (s->half_y / 256.0 + r->margin);
+    else
+        r->fragments += 4 * (65536.0 * r->margin / s->half_x) * (65536.0 * r->margin / s->half_y);
 }
 
 /* Draws the marked sites in the order of their indices, and takes the marks away. */

@@ -19,7 +19,7 @@
     X(GenFramebuffers) X(BindFramebuffer) X(FramebufferRenderbuffer) X(CheckFramebufferStatus) X(Enable) X(DepthFunc) \
     X(Viewport) X(Scissor) X(ClearBufferuiv) X(ClearBufferfv) X(CreateShader) X(ShaderSource) X(CompileShader) \
     X(DeleteShader) X(CreateProgram) X(AttachShader) X(LinkProgram) X(GetProgramiv) X(UseProgram) \
-    X(GetUniformLocation) X(Uniform1f) X(Uniform4f) X(GenBuffers) X(BindBuffer) X(BufferData) \
+    X(GetUniformLocation) X(Uniform1f) X(Uniform1i) X(Uniform4f) X(GenBuffers) X(BindBuffer) X(BufferData) \
     X(EnableVertexAttribArray) X(VertexAttribIPointer) X(VertexAttribDivisor) X(DrawArraysInstanced) X(Finish) \
     X(ReadPixels)
 
@@ -38,7 +38,7 @@ typedef struct pv_gl {
     EGLContext context;
     GLint most_side;    /* of a target, px */
     int32_t components; /* that a pixel has when it is read: 1, or 4 of which the first counts */
-    GLint margin, frame; /* the program's uniforms */
+    GLint margin, frame, metric; /* the program's uniforms */
 } pv_gl;
 
 /* What the calling thread had current before. */

@@ -57,5 +57,6 @@ const char *pv_gl_program(pv_gl *gl)
     gl->UseProgram(program);
     gl->margin = gl->GetUniformLocation(program, "margin");
     gl->frame = gl->GetUniformLocation(program, "frame");
+    gl->metric = gl->GetUniformLocation(program, "metric");
     return NULL;
 }

@@ -43,22 +43,23 @@ static int32_t run_end(const uint32_t *row, int32_t x, int32_t end)
 }
 
 /* Distance of a pixel in px, rounded up, with the metric's errors on top. */
-static int32_t away(const pave_site *site, int32_t x, int32_t y)
+static int32_t away(int32_t metric, const pave_site *site, int32_t x, int32_t y)
 {
-    uint64_t d = pv_metric(site, 256 * x + 128, 256 * y + 128);
+    uint64_t d = pv_metric(metric, site, 256 * x + 128, 256 * y + 128);
     if (d >= (uint64_t)PV_METRIC_NARROW * PV_METRIC_NARROW)
         return PV_GL_UNPROVEN;
     return ((int32_t)sqrtf((float)d) + PV_GL_SLACK) / 256 + 1;
 }
 
-/* How far the pixels of a row of CPU tiles are from their sites. The distance to a box is convex: of a run of pixels
- * only the ends are measured. */
+/* How far the pixels of a row of CPU tiles are from their sites. All metrics are convex: of a run of pixels only the
+ * ends are measured. */
 static void measure_task(void *data, int32_t ty, int32_t worker)
 {
     (void)worker;
     const job *j = data;
     const pv_gl_raster *r = j->r;
     const pv_gl_tile *t = j->t;
+    int32_t metric = r->cpu->plane.metric;
     uint8_t *worst = r->worst + ty * cpu_tiles(t->width);
     memset(worst, 0, (size_t)cpu_tiles(t->width));
     for (int32_t y = ty * PV_TILE; y < pv_gl_min((ty + 1) * PV_TILE, t->height); y++) {
@@ -68,12 +69,21 @@ static void measure_task(void *data, int32_t ty, int32_t worker)
             int32_t d = PV_GL_UNPROVEN;
             if (row[x] < (uint32_t)r->cpu->plane.sites) {
                 const pave_site *site = &r->cpu->sites[row[x]];
-                d = pv_gl_max(away(site, t->x + x, t->y + y), away(site, t->x + end - 1, t->y + y));
+                d = pv_gl_max(away(metric, site, t->x + x, t->y + y), away(metric, site, t->x + end - 1, t->y + y));
             }
             for (int32_t tx = x / PV_TILE; tx <= (end - 1) / PV_TILE; tx++)
                 worst[tx] = (uint8_t)pv_gl_max(worst[tx], d);
         }
     }
+}
+
+static void take_unmasked(const job *j, int32_t from, int32_t to, int32_t y, pv_sum *sums)
+{
+    const pv_gl_tile *t = j->t;
+    pv_sum *sum = &sums[j->r->labels[(size_t)y * (size_t)t->width + (size_t)from]];
+    for (int32_t x = from; x < to; x++)
+        if (!pv_masked(&j->r->cpu->plane, t->x + x, t->y + y))
+            pv_sum_add(sum, 1, t->x + x, t->y + y);
 }
 
 /* Takes over proven pixels: columns from..to of a row of CPU tiles. */
@@ -85,7 +95,10 @@ static void take(const job *j, int32_t ty, int32_t from, int32_t to, pv_sum *sum
         for (int32_t x = from, end; x < to; x = end) {
             end = run_end(row, x, to);
             int64_t count = end - x;
-            pv_sum_add(&sums[row[x]], count, count * (2 * t->x + x + end - 1) / 2, count * (t->y + y));
+            if (!j->r->cpu->plane.mask)
+                pv_sum_add(&sums[row[x]], count, count * (2 * t->x + x + end - 1) / 2, count * (t->y + y));
+            else
+                take_unmasked(j, x, end, y, sums);
         }
         if (j->labels)
             memcpy(j->labels + (int64_t)(t->y + y) * j->r->cpu->plane.width + t->x + from, row + from,
@@ -98,7 +111,7 @@ static int32_t distance_in(const job *j, int32_t tx, int32_t ty)
 {
     const pv_gl_tile *t = j->t;
     int counts = pv_watched(j->r->cpu, t->x + tx * PV_TILE, t->y + ty * PV_TILE);
-    return counts ? 256 * j->r->worst[ty * cpu_tiles(t->width) + tx] + j->r->cpu->reach : 0;
+    return counts ? pv_cpu_range(j->r->cpu, 256 * j->r->worst[ty * cpu_tiles(t->width) + tx]) : 0;
 }
 
 /* Takes over what is proven of a row of CPU tiles, and labels the rest. */
@@ -270,7 +283,7 @@ static void describe_records(const pv_gl *gl)
     }
 }
 
-static const char *set_up_drawing(pv_gl_raster *r)
+static const char *set_up_drawing(pv_gl_raster *r, int32_t metric)
 {
     pv_gl *gl = &r->gl;
     const char *reason = pv_gl_targets(gl, r->width, r->height);
@@ -280,6 +293,7 @@ static const char *set_up_drawing(pv_gl_raster *r)
         return reason;
     describe_records(gl);
     float x = (float)(r->width + 2 * PV_GL_FRAME), y = (float)(r->height + 2 * PV_GL_FRAME);
+    gl->Uniform1i(gl->metric, metric);
     gl->Uniform4f(gl->frame, 2 / (256 * x), 2 / (256 * y), 2 * PV_GL_FRAME / x - 1, 2 * PV_GL_FRAME / y - 1);
     return NULL;
 }
@@ -296,7 +310,7 @@ static pave_result open_device(pave_context *context, pv_gl_raster *r, const pv_
         return result;
     const char *renderer = (const char *)r->gl.GetString(GL_RENDERER);
     snprintf(name, 128, "gles on %.100s", renderer ? renderer : "an unnamed device");
-    reason = set_up_drawing(r);
+    reason = set_up_drawing(r, plane->metric);
     result = pv_gl_raster_leave(context, r, &host);
     return reason && !result ? pv_fail(context, PAVE_ERR_DEVICE, "OpenGL ES cannot be used: %s", reason) : result;
 }
@@ -332,7 +346,7 @@ static pave_result gles_open(pave_context *context, const pv_plane *plane, void 
         gles_close(r);
         return result;
     }
-    r->most = pv_gl_max((PV_METRIC_NARROW - r->cpu->reach - PV_GL_SLACK) / 256, 0);
+    r->most = pv_gl_max((int32_t)((PV_METRIC_NARROW - r->cpu->reach) / r->cpu->stretch - PV_GL_SLACK) / 256, 0);
     r->margin = pv_gl_min(3 * plane->cell / 1024 + 2, r->most);
     *engine = r;
     return PAVE_OK;

@@ -6,7 +6,7 @@
 
 enum {
     PV_GL_RECORDS = 1 << 14, /* sites in a slice */
-    PV_GL_SLACK = 8,         /* more than the metric's errors within its narrow range, twice: 1/256 px */
+    PV_GL_SLACK = 10,        /* more than the metric's errors within its narrow range, twice: 1/256 px */
     PV_GL_UNPROVEN = UINT8_MAX,
 };
 

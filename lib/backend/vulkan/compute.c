@@ -35,9 +35,9 @@ static pave_result label_tiles(pv_vk_pass *p, int32_t *labels)
 }
 
 /* Twice the candidates that a tile may expect, and some more. */
-static int32_t list_capacity(int32_t cell, int32_t reach)
+static int32_t list_capacity(int32_t cell, int32_t reach, double stretch)
 {
-    double radius = (2 * 1268 + cell / 2.0 + reach / 2.0) / cell;
+    double radius = (2 * 1268 + cell / 2.0 + reach / 2.0) / cell * stretch;
     return (int32_t)fmin(256, fmax(32, 16 + 2 * 3.2 * radius * radius));
 }
 
@@ -54,7 +54,7 @@ static pave_result compute_open(pave_context *context, const pv_plane *plane, vo
     pv_vk_engine *e = pv_allocate_zeroed(context, 1, sizeof *e, &result);
     if (!e)
         return result;
-    int32_t capacity = list_capacity(plane->cell, pv_plane_reach(plane));
+    int32_t capacity = list_capacity(plane->cell, pv_plane_reach(plane), pv_plane_stretch(plane));
     result = pv_vk_engine_open(context, e, plane, VK_QUEUE_COMPUTE_BIT, capacity, label_tiles);
     if (result) {
         compute_close(e);

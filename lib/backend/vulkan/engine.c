@@ -241,16 +241,22 @@ static pv_vk_parameters describe(const pv_plane *plane, int32_t capacity)
         .across = (int32_t)pv_ceil_div(256 * (int64_t)plane->width, plane->cell),
         .down = (int32_t)pv_ceil_div(256 * (int64_t)plane->height, plane->cell),
         .tiles_across = (int32_t)pv_ceil_div(plane->width, TILE), .reach = pv_plane_reach(plane), .capacity = capacity,
-        .edge_shift = plane->edge ? plane->edge_shift : -1, .push_within = plane->push_within,
+        .edge_shift = plane->direction ? -2 : plane->edge ? plane->edge_shift : -1, .push_within = plane->push_within,
         .push_to = plane->push_to, .excess = plane->excess,
         .noise_wave = plane->noise_wave, .noise_swing = plane->noise_swing,
         .noise_key = plane->noise_key, .seed_low = (uint32_t)plane->seed, .seed_high = (uint32_t)(plane->seed >> 32),
     };
 }
 
+/* Directions take the place of edges. */
+static const uint16_t *edge_of(const pv_plane *plane)
+{
+    return plane->direction ? plane->direction : plane->edge;
+}
+
 static int64_t edge_part(const pv_plane *plane, int part)
 {
-    int64_t left = plane->edge ? (int64_t)plane->width * plane->height - part * (int64_t)EDGE_PART : 0;
+    int64_t left = edge_of(plane) ? (int64_t)plane->width * plane->height - part * (int64_t)EDGE_PART : 0;
     return left < 0 ? 0 : left < EDGE_PART ? left : EDGE_PART;
 }
 
@@ -263,6 +269,7 @@ static pave_result create_buffers(pave_context *context, pv_vk_engine *e, const 
         [LISTS] = band * 4 * (VkDeviceSize)(e->plane.capacity + 1), [QUEUE] = 4 * (3 + band),
         [LABELS] = band * TILE * TILE * 4, [TOTALS] = sizeof(pv_vk_totals),
         [CHUNKS] = 32 * ((n + PV_VK_CHUNK - 1) / PV_VK_CHUNK),
+        [MASK] = plane->mask ? 8 * (VkDeviceSize)e->tiles : 8,
     };
     for (int part = 0; part < PV_VK_EDGE_PARTS; part++) { /* 2 px a word; an empty part has one too */
         int64_t words = pv_ceil_div(edge_part(plane, part), 2);
@@ -283,8 +290,10 @@ static pave_result upload(pave_context *context, pv_vk_engine *e, const pv_plane
     if (!result)
         result = pv_vk_upload(context, &e->vk, plane->home, n * sizeof(pv_home), &e->buffers[HOMES]);
     for (int part = 0; part < PV_VK_EDGE_PARTS && !result && edge_part(plane, part); part++)
-        result = pv_vk_upload(context, &e->vk, plane->edge + part * (int64_t)EDGE_PART,
+        result = pv_vk_upload(context, &e->vk, edge_of(plane) + part * (int64_t)EDGE_PART,
                               2 * (VkDeviceSize)edge_part(plane, part), &e->buffers[EDGE + part]);
+    if (!result && plane->mask)
+        result = pv_vk_upload(context, &e->vk, plane->mask, 8 * (VkDeviceSize)e->tiles, &e->buffers[MASK]);
     if (!result)
         result = pv_vk_begin(context, &e->vk);
     if (result)
@@ -303,6 +312,7 @@ pave_result pv_vk_engine_open(pave_context *context, pv_vk_engine *e, const pv_p
     e->plane = describe(plane, capacity);
     e->copies = plane->copies;
     e->open = plane->open;
+    e->kind = (pv_vk_kind){ plane->metric, plane->mask != NULL, (float)pv_plane_stretch(plane) };
     e->tiles = e->plane.tiles_across * (int32_t)pv_ceil_div(plane->height, TILE);
     e->site_budget = e->label_budget = FIRST_BUDGET;
     e->label = label;
@@ -311,7 +321,8 @@ pave_result pv_vk_engine_open(pave_context *context, pv_vk_engine *e, const pv_p
     if (!result)
         result = create_buffers(context, e, plane);
     if (!result)
-        result = pv_vk_pipelines_create(context, &e->vk, e->buffers, SORTED, sizeof e->plane, &e->pipelines);
+        result = pv_vk_pipelines_create(context, &e->vk, e->buffers, SORTED, sizeof e->plane, e->kind,
+                                        &e->pipelines);
     e->plane.patience = e->vk.properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU ? CPU_PATIENCE : GPU_PATIENCE;
     return result ? result : upload(context, e, plane);
 }

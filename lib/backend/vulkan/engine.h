@@ -13,7 +13,7 @@ enum {
 };
 
 /* The buffers, in the order of their bindings in shaders/plane.glsl. */
-enum { SITES, HOMES, SUMS, SORTED, FIRST, LISTS, QUEUE, LABELS, TOTALS, CHUNKS, EDGE = PV_VK_EDGE };
+enum { SITES, HOMES, SUMS, SORTED, FIRST, LISTS, QUEUE, LABELS, TOTALS, CHUNKS, MASK, EDGE = PV_VK_EDGE };
 
 /* The push constants of shaders/parameters.glsl. */
 typedef struct pv_vk_parameters {
@@ -52,6 +52,7 @@ typedef struct pv_vk_engine {
     pv_vk_buffer buffers[PV_VK_BUFFERS];
     pv_vk_parameters plane;
     pv_vk_label *label;
+    pv_vk_kind kind;
     int32_t tiles, copies, open;
     double site_budget, label_budget; /* cost of a submit, in pixels labelled: what is done in about 10 ms */
     int32_t *labels; /* of a band */

@@ -137,15 +137,16 @@ int32_t pv_vk_lanes(const pv_vk *vk)
     return vk->subgroup < 8 ? (int32_t)vk->subgroup : 8;
 }
 
-static VkResult create_pipeline(pv_vk *vk, const shader *code, VkPipelineLayout layout, VkPipeline *pipeline)
+static VkResult create_pipeline(pv_vk *vk, const shader *code, VkPipelineLayout layout, pv_vk_kind kind,
+                                VkPipeline *pipeline)
 {
     VkShaderModule module;
     VkResult result = pv_vk_shader_create(vk, code->words, code->bytes, &module);
     if (result)
         return result;
-    int32_t lanes = pv_vk_lanes(vk);
-    VkSpecializationMapEntry entry = { 0, 0, sizeof lanes };
-    VkSpecializationInfo special = { 1, &entry, sizeof lanes, &lanes };
+    struct { int32_t lanes; pv_vk_kind kind; } constants = { pv_vk_lanes(vk), kind };
+    VkSpecializationMapEntry entries[] = { { 0, 0, 4 }, { 1, 4, 4 }, { 2, 8, 4 }, { 3, 12, 4 } };
+    VkSpecializationInfo special = { 4, entries, sizeof constants, &constants };
     VkComputePipelineCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO, .layout = layout,
         .stage = {
@@ -165,7 +166,7 @@ static int needed(const pv_vk *vk, int which)
 }
 
 pave_result pv_vk_pipelines_create(pave_context *context, pv_vk *vk, const pv_vk_buffer buffers[PV_VK_BUFFERS],
-                                   int texels, uint32_t push_bytes, pv_vk_pipelines *p)
+                                   int texels, uint32_t push_bytes, pv_vk_kind kind, pv_vk_pipelines *p)
 {
     pave_result result = pv_vk_check(context, vk, create_set_layout(vk, p), "make a descriptor set layout");
     if (!result)
@@ -178,7 +179,7 @@ pave_result pv_vk_pipelines_create(pave_context *context, pv_vk *vk, const pv_vk
     result = pv_vk_check(context, vk, create_layout(vk, push_bytes, p), "make a pipeline layout");
     for (int i = 0; i < PV_VK_SHADERS && !result; i++)
         if (needed(vk, i))
-            result = pv_vk_check(context, vk, create_pipeline(vk, &shaders[i], p->layout, &p->pipeline[i]),
+            result = pv_vk_check(context, vk, create_pipeline(vk, &shaders[i], p->layout, kind, &p->pipeline[i]),
                                  "compile a shader");
     return result;
 }

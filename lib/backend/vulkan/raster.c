@@ -45,9 +45,9 @@ static void set_margin(pv_vk_parameters *plane, int32_t margin)
 }
 
 /* Is every pixel of a box drawn within 127 px of its site? Its corner is farthest. */
-static int narrow(const pv_vk_parameters *plane)
+static int narrow(const pv_vk_engine *e)
 {
-    return (int64_t)plane->reach + 3 * (int64_t)grown(plane) / 2 + 256 < PV_METRIC_NARROW;
+    return e->plane.reach + 1.5 * grown(&e->plane) * (double)e->kind.stretch + 256 < PV_METRIC_NARROW;
 }
 
 static void draw_chunk(raster *r, int32_t chunk)
@@ -65,7 +65,7 @@ static void draw_block(raster *r)
     pv_vk_parameters *plane = &r->e.plane;
     VkExtent2D part = { (uint32_t)(plane->columns * PV_VK_TILE), (uint32_t)(plane->rows * PV_VK_TILE) };
     pv_vk_dispatch(&r->e, PV_VK_CULL, 0, r->chunks, PV_VK_GROUP);
-    pv_vk_target_begin(&r->e.vk, &r->target, part, narrow(plane));
+    pv_vk_target_begin(&r->e.vk, &r->target, part, narrow(&r->e));
     for (int32_t chunk = 0; chunk < r->chunks; chunk++)
         draw_chunk(r, chunk);
     pv_vk_target_end(&r->e.vk);
@@ -179,7 +179,7 @@ static pave_result set_up(pave_context *context, raster *r, const pv_plane *plan
     pv_vk_engine *e = &r->e;
     pave_result result = pv_vk_engine_open(context, e, plane, VK_QUEUE_GRAPHICS_BIT, 0, label_blocks);
     if (!result)
-        result = pv_vk_target_create(context, &e->vk, e->pipelines.layout, block_size(e), &r->target);
+        result = pv_vk_target_create(context, &e->vk, e->pipelines.layout, block_size(e), plane->metric, &r->target);
     if (!result)
         pv_vk_bind_images(&e->vk, &e->pipelines, &r->target.label, &r->target.depth);
     r->chunks = (int32_t)pv_ceil_div(plane->sites, PV_VK_CHUNK);

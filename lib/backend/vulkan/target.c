@@ -69,13 +69,13 @@ static const VkVertexInputAttributeDescription site_members[] = {
 };
 
 static VkResult create_pipeline(pv_vk *vk, VkShaderModule vertex, VkShaderModule fragment, VkPipelineLayout layout,
-                                VkBool32 narrow, const pv_vk_target *target, VkPipeline *pipeline)
+                                const int32_t constants[2], const pv_vk_target *target, VkPipeline *pipeline)
 {
-    VkSpecializationMapEntry entry = { 0, 0, sizeof narrow };
-    VkSpecializationInfo special = { 1, &entry, sizeof narrow, &narrow };
+    VkSpecializationMapEntry entries[] = { { 0, 0, 4 }, { 1, 4, 4 } };
+    VkSpecializationInfo special = { 2, entries, 8, constants };
     VkPipelineShaderStageCreateInfo stages[] = {
         { .sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO, .stage = VK_SHADER_STAGE_VERTEX_BIT,
-          .module = vertex, .pName = "main" },
+          .module = vertex, .pName = "main", .pSpecializationInfo = &special },
         { .sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO, .stage = VK_SHADER_STAGE_FRAGMENT_BIT,
           .module = fragment, .pName = "main", .pSpecializationInfo = &special },
     };
@@ -120,14 +120,16 @@ static VkResult create_pipeline(pv_vk *vk, VkShaderModule vertex, VkShaderModule
     return vk->CreateGraphicsPipelines(vk->device, VK_NULL_HANDLE, 1, &info, NULL, pipeline);
 }
 
-static VkResult create_pipelines(pv_vk *vk, VkPipelineLayout layout, pv_vk_target *target)
+static VkResult create_pipelines(pv_vk *vk, VkPipelineLayout layout, int32_t metric, pv_vk_target *target)
 {
     VkShaderModule vertex = VK_NULL_HANDLE, fragment = VK_NULL_HANDLE;
     VkResult result = pv_vk_shader_create(vk, pv_spirv_raster_vert, sizeof pv_spirv_raster_vert, &vertex);
     if (!result)
         result = pv_vk_shader_create(vk, pv_spirv_raster_frag, sizeof pv_spirv_raster_frag, &fragment);
-    for (VkBool32 narrow = 0; narrow < 2 && !result; narrow++)
-        result = create_pipeline(vk, vertex, fragment, layout, narrow, target, &target->draw[narrow]);
+    for (int32_t narrow = 0; narrow < 2 && !result; narrow++) {
+        const int32_t constants[] = { narrow, metric };
+        result = create_pipeline(vk, vertex, fragment, layout, constants, target, &target->draw[narrow]);
+    }
     if (vertex)
         vk->DestroyShaderModule(vk->device, vertex, NULL);
     if (fragment)
@@ -136,7 +138,7 @@ static VkResult create_pipelines(pv_vk *vk, VkPipelineLayout layout, pv_vk_targe
 }
 
 pave_result pv_vk_target_create(pave_context *context, pv_vk *vk, VkPipelineLayout layout, VkExtent2D size,
-                                pv_vk_target *target)
+                                int32_t metric, pv_vk_target *target)
 {
     target->size = size;
     pave_result result = pv_vk_image_create(context, vk, size, label_format, &target->label);
@@ -147,7 +149,7 @@ pave_result pv_vk_target_create(pave_context *context, pv_vk *vk, VkPipelineLayo
     if (!result)
         result = pv_vk_check(context, vk, create_frame(vk, target), "make a framebuffer");
     if (!result)
-        result = pv_vk_check(context, vk, create_pipelines(vk, layout, target), "compile a shader");
+        result = pv_vk_check(context, vk, create_pipelines(vk, layout, metric, target), "compile a shader");
     return result;
 }
 

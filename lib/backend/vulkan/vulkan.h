@@ -109,7 +109,7 @@ enum {
     PV_VK_BOUNDS, PV_VK_CULL, PV_VK_GATHER,                       /* raster */
     PV_VK_SHADERS,
 };
-enum { PV_VK_EDGE = 10, PV_VK_EDGE_PARTS = 4, PV_VK_BUFFERS = PV_VK_EDGE + PV_VK_EDGE_PARTS };
+enum { PV_VK_EDGE = 11, PV_VK_EDGE_PARTS = 4, PV_VK_BUFFERS = PV_VK_EDGE + PV_VK_EDGE_PARTS };
 enum { PV_VK_PUSH_STAGES = VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT };
 
 typedef struct pv_vk_pipelines {
@@ -121,10 +121,16 @@ typedef struct pv_vk_pipelines {
     VkPipeline pipeline[PV_VK_SHADERS];
 } pv_vk_pipelines;
 
+/* What shaders are made for: the metric (PAVE_METRIC_), whether there is a mask, and pv_plane_stretch. */
+typedef struct pv_vk_kind {
+    int32_t metric, masked;
+    float stretch;
+} pv_vk_kind;
+
 /* `buffers` in the order of their bindings; PV_VK_EDGE is an array, the edge's parts. Buffer `texels` is also bound as
  * texels, after them all. Of the shaders of one engine only, those are made that the queue's work asks for. */
 pave_result pv_vk_pipelines_create(pave_context *context, pv_vk *vk, const pv_vk_buffer buffers[PV_VK_BUFFERS],
-                                   int texels, uint32_t push_bytes, pv_vk_pipelines *pipelines);
+                                   int texels, uint32_t push_bytes, pv_vk_kind kind, pv_vk_pipelines *pipelines);
 /* How many invocations share a tile: shaders/tile.glsl. */
 int32_t pv_vk_lanes(const pv_vk *vk);
 void pv_vk_pipelines_destroy(pv_vk *vk, pv_vk_pipelines *pipelines);
@@ -141,9 +147,9 @@ typedef struct pv_vk_target {
     VkPipeline draw[2]; /* by whether 32 bits are enough */
 } pv_vk_target;
 
-/* What is drawn are sites, as they lie in memory. */
+/* What is drawn are sites, as they lie in memory, under a metric (PAVE_METRIC_). */
 pave_result pv_vk_target_create(pave_context *context, pv_vk *vk, VkPipelineLayout layout, VkExtent2D size,
-                                pv_vk_target *target);
+                                int32_t metric, pv_vk_target *target);
 void pv_vk_target_destroy(pv_vk *vk, pv_vk_target *target);
 /* Clears the corner of the target that is to be drawn to, and begins to draw; ends, for shaders to read it. */
 void pv_vk_target_begin(pv_vk *vk, const pv_vk_target *target, VkExtent2D part, int narrow);

@@ -1,0 +1,290 @@
+/* Bidirectional texture functions: how a flat piece of material looks from all views under all lights.
+ * Sources: den Brok, Steinhausen, Hullin and Klein 2014, "Patch-based sparse reconstruction of material BTFs", 2 and
+ * 3.2; Steinhausen, den Brok, Hullin and Klein 2014, "Acquiring bidirectional texture functions for large-scale
+ * material samples", 3.
+ *
+ * A BTF holds one sample for each texel, view, light and channel: radiance towards the view under a directional light
+ * of unit irradiance (a white diffuse plane has 1/pi), times the cosine of the light's inclination if `cosine` is set.
+ * The samples of a texel, [view][light][channel], are its apparent BRDF (ABRDF); those of a pair of view and light,
+ * [y][x][channel], are a texture. Texel (0, 0) is at the top left; x grows to the right and y down. Azimuth 0 is
+ * towards the right and 90 degrees towards the top. */
+#ifndef PAVE_BTF_H
+#define PAVE_BTF_H
+
+#include <pave/image.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct pave_btf pave_btf;
+
+/* A direction above the surface, in radians: inclination from the normal, and azimuth. */
+typedef struct pave_direction {
+    float theta, phi;
+} pave_direction;
+
+/* Directions that measuring devices use, for views and lights alike. */
+enum {
+    PAVE_DIRECTIONS_UBO81 = 0,  /* the 81 of UBO2003, ATRIUM and UTIA: rings every 15 degrees */
+    PAVE_DIRECTIONS_DOME151 = 1 /* the 151 of Bonn's Dome I (UBO2014) */
+};
+
+/* Writes at most `room` directions of a set and returns how many it has; 0 for an unknown set. Any thread. */
+PAVE_API int32_t pave_directions(int32_t set, pave_direction *out, int32_t room);
+
+typedef struct pave_btf_params {
+    size_t size;
+    int32_t width;    /* texels */
+    int32_t height;   /* texels */
+    int32_t channels; /* 1 to 32 */
+    int32_t type;     /* PAVE_F16 or PAVE_F32 */
+    int32_t views;
+    int32_t lights;
+    const pave_direction *view_directions;  /* `views` of them; copied */
+    const pave_direction *light_directions; /* `lights` of them; copied */
+    int32_t cosine;        /* 1: samples hold the cosine of the light's inclination as a factor */
+    double pixels_per_mm;  /* 0: not known */
+    const char *names;     /* channel names, "R,G,B"; NULL: R, G, B for three, Y for one, otherwise 0, 1, 2 ... */
+} pave_btf_params;
+
+#define PAVE_BTF_PARAMS_INIT { sizeof(pave_btf_params), 0, 0, 3, PAVE_F16, 0, 0, NULL, NULL, 1, 0, NULL }
+
+PAVE_API void pave_btf_params_init(pave_btf_params *params, size_t size);
+
+/* Copies `samples`, [y][x][view][light][channel] without padding, into a new BTF. No two views, and no two lights, may
+ * have the same direction; all lie within 90 degrees of the normal. NULL samples give zeros. */
+PAVE_API pave_result pave_btf_create(pave_context *context, const pave_btf_params *params, const void *samples,
+                                     pave_btf **out);
+PAVE_API void pave_btf_free(pave_btf **btf);
+
+PAVE_API int32_t pave_btf_width(const pave_btf *btf);
+PAVE_API int32_t pave_btf_height(const pave_btf *btf);
+PAVE_API int32_t pave_btf_channels(const pave_btf *btf);
+PAVE_API const char *pave_btf_channel_name(const pave_btf *btf, int32_t channel);
+PAVE_API int32_t pave_btf_views(const pave_btf *btf);
+PAVE_API int32_t pave_btf_lights(const pave_btf *btf);
+PAVE_API const pave_direction *pave_btf_view_directions(const pave_btf *btf);
+PAVE_API const pave_direction *pave_btf_light_directions(const pave_btf *btf);
+PAVE_API int32_t pave_btf_cosine(const pave_btf *btf);
+PAVE_API double pave_btf_pixels_per_mm(const pave_btf *btf);
+
+/* 1 for pairs of view and light that were not measured, [view][light]: their samples are 0. NULL: none is missing. */
+PAVE_API const uint8_t *pave_btf_missing(const pave_btf *btf);
+
+/* Components of a channel's factors, 0 where samples are held as they are. */
+PAVE_API int32_t pave_btf_components(const pave_btf *btf, int32_t channel);
+
+/* Samples as floats, decoded if the BTF is factored. `out` is the caller's. Any thread.
+ * Cost: linear in what is written, times the components of a factored BTF. */
+PAVE_API void pave_btf_abrdf(const pave_btf *btf, int32_t x, int32_t y, float *out);
+PAVE_API void pave_btf_texture(const pave_btf *btf, int32_t view, int32_t light, float *out);
+
+/* The three directions around `direction` and their weights, which are not negative and sum to 1: barycentric in a
+ * Delaunay triangulation of the parabolic plane (x, y) / (1 + z). Directions below the lowest ring take its nearest.
+ * `of_lights` chooses the set. Any thread. */
+PAVE_API void pave_btf_weights(const pave_btf *btf, int32_t of_lights, pave_direction direction, int32_t index[3],
+                               double weight[3]);
+
+/* One texel seen from any view under any light: the mean of nine samples by their weights. Below the lowest ring of
+ * lights samples that hold the cosine fade with it. `out` has a float for each channel. Any thread. */
+PAVE_API void pave_btf_lookup(const pave_btf *btf, int32_t x, int32_t y, pave_direction view, pave_direction light,
+                              float *out);
+
+/* ---- An honest generator: a relief of stone, ray-cast ---- */
+
+/* Classes of stone-like surface, rising in depth and gloss, and two controls. */
+enum {
+    PAVE_BTF_FLAT = 0,      /* one material on a plane: every ABRDF is the BRDF itself */
+    PAVE_BTF_MINERALS = 1,  /* a plane of four materials */
+    PAVE_BTF_SAWN = 2,      /* sawn stone: a shallow fractal */
+    PAVE_BTF_POLISHED = 3,  /* polished granite: almost a plane, glossy */
+    PAVE_BTF_TILE = 4,      /* worn plates with joints */
+    PAVE_BTF_GROOVED = 5,   /* grooves like those of wood */
+    PAVE_BTF_BRUSHED = 6,   /* brushed metal-like, anisotropic gloss */
+    PAVE_BTF_CONCRETE = 7,  /* fine relief with pores */
+    PAVE_BTF_COBBLE = 8,    /* rounded cobbles with deep joints */
+    PAVE_BTF_ASPHALT = 9,   /* small aggregate in dark binder */
+    PAVE_BTF_GRAVEL = 10,   /* loose coarse aggregate */
+    PAVE_BTF_CLASSES = 11
+};
+
+typedef struct pave_btf_synthesis_params {
+    size_t size;
+    int32_t class_of;   /* PAVE_BTF_FLAT ... */
+    int32_t texels;     /* a side */
+    int32_t directions; /* PAVE_DIRECTIONS_, of views and lights */
+    uint64_t seed;      /* another seed, another material of the class */
+    int32_t samples;    /* rays for each texel and view */
+    int32_t bounces;    /* of diffuse light between parts of the relief; 0: none */
+    int32_t rays;       /* for each point of the relief, to gather what bounces */
+    int32_t shadows;    /* 0: light passes through the relief */
+    double relief;      /* the relief's heights are multiplied by this; 0: a plane */
+    int32_t stored;     /* 1: the samples are held in memory. 0: they are made anew whenever they are read, which is
+                           how a BTF larger than memory is written to a file */
+} pave_btf_synthesis_params;
+
+#define PAVE_BTF_SYNTHESIS_PARAMS_INIT \
+    { sizeof(pave_btf_synthesis_params), PAVE_BTF_GRAVEL, 64, PAVE_DIRECTIONS_UBO81, 1, 4, 3, 32, 1, 1.0, 1 }
+
+PAVE_API void pave_btf_synthesis_params_init(pave_btf_synthesis_params *params, size_t size);
+
+/* Makes the BTF of a periodic height field with materials that vary from place to place (Lambert and GGX): masking,
+ * parallax, shadows and diffuse interreflection are ray-cast. The samples hold the cosine. The same bytes for every
+ * number of threads. Memory: 2 bytes for each sample; time: about 10 ns for each sample and ray. */
+PAVE_API pave_result pave_btf_synthesize(pave_context *context, const pave_btf_synthesis_params *params,
+                                         pave_btf **out);
+
+/* ---- Compression ---- */
+
+/* What is factored (den Brok 2014, 3.1): the logarithm takes the range out of highlights. Samples below 0 count as
+ * 0, and 1e-5 is added before a logarithm or a division. */
+enum {
+    PAVE_BTF_COLOUR_AUTO = 0,    /* log Y, U/Y, V/Y for R, G and B; the logarithm of each channel for others */
+    PAVE_BTF_COLOUR_LOG_YUV = 1, /* log Y, U/Y, V/Y */
+    PAVE_BTF_COLOUR_LOG = 2,     /* the logarithm of each channel */
+    PAVE_BTF_COLOUR_PLAIN = 3    /* the samples themselves */
+};
+
+typedef struct pave_btf_compress_params {
+    size_t size;
+    int32_t components; /* for each channel, or just for the first of log Y, U/Y, V/Y; */
+    int32_t second;     /* for the second of these; 0: half as many */
+    int32_t third;
+    double error;       /* greatest relative error of each channel's matrix in the Frobenius norm; then as many
+                           components as it takes, at most `components`; 0: just `components` */
+    int32_t colour;     /* PAVE_BTF_COLOUR_ */
+    int32_t joint;      /* 1: all channels are factored as one matrix, as FMF files want it */
+    int32_t passes;     /* over the data; each brings the error nearer to that of the exact SVD */
+    int32_t type;       /* PAVE_F16 or PAVE_F32: of the factors */
+} pave_btf_compress_params;
+
+#define PAVE_BTF_COMPRESS_PARAMS_INIT \
+    { sizeof(pave_btf_compress_params), 64, 0, 0, 0, PAVE_BTF_COLOUR_AUTO, 0, 3, PAVE_F16 }
+
+PAVE_API void pave_btf_compress_params_init(pave_btf_compress_params *params, size_t size);
+
+/* Factors a BTF: each channel's matrix [view][light] x [texel] is replaced by its truncated singular value
+ * decomposition, found by randomised subspace iteration (Halko, Martinsson and Tropp 2011) over blocks of texels, so
+ * that the samples may be larger than memory. The same bytes for every number of threads; another processor may round
+ * otherwise. Needs OpenBLAS when it runs (PAVE_ERR_UNSUPPORTED without). */
+PAVE_API pave_result pave_btf_compress(pave_context *context, const pave_btf *btf,
+                                       const pave_btf_compress_params *params, pave_btf **out);
+
+/* One basis for several materials (den Brok 2014, 4.1), which are factored alike and have the same width and
+ * directions: left factors and singular values of all their matrices side by side, at most `components` for each
+ * channel, found from the factors alone and exactly so up to what they left out. The result is a BTF in which the
+ * materials lie below each other. Needs OpenBLAS when it runs.
+ * Memory: rows times the components of all together, and the square of these. */
+PAVE_API pave_result pave_btf_merge(pave_context *context, const pave_btf *const *btfs, int32_t count,
+                                    int32_t components, pave_btf **out);
+
+/* Of a BTF that pave_btf_compress or pave_btf_merge made: the relative error of a channel's matrix in the Frobenius
+ * norm (of a merged one: beyond the errors of what was merged). Otherwise 0. */
+PAVE_API double pave_btf_error(const pave_btf *btf, int32_t channel);
+
+/* ---- How sound it is, and how far two are apart ---- */
+
+typedef struct pave_btf_texels_params {
+    size_t size;
+    int32_t texels; /* looked at, spread evenly from the first to the last; 0: all */
+} pave_btf_texels_params;
+
+#define PAVE_BTF_TEXELS_PARAMS_INIT { sizeof(pave_btf_texels_params), 256 }
+
+PAVE_API void pave_btf_texels_params_init(pave_btf_texels_params *params, size_t size);
+
+/* What the samples of the texels looked at have to say; pairs that are missing are left out. */
+typedef struct pave_btf_diagnosis {
+    size_t size;                 /* set by the caller */
+    int32_t view_set, light_set; /* PAVE_DIRECTIONS_ if they are one, in its order; -1 if not */
+    int64_t texels, samples;     /* looked at */
+    int64_t missing;             /* pairs of view and light */
+    int64_t not_finite, negative;
+    int64_t saturated;           /* samples that equal the greatest of their channel */
+    double least, greatest, mean;
+    double reciprocity; /* of the mean over texels and channels, without the light's cosine: the rms difference of
+                           pairs with view and light exchanged, over the rms. NAN if no light is where a view is */
+    double albedo;      /* mean over texels, views and channels: what leaves of even light from the hemisphere, by
+                           the share of it that lies nearest to each light; white and diffuse is exactly 1 */
+    double albedo_over; /* the share of these albedos that are above 1 */
+} pave_btf_diagnosis;
+
+/* Cost: linear in the samples looked at, times the components of a factored BTF. */
+PAVE_API pave_result pave_btf_diagnose(pave_context *context, const pave_btf *btf,
+                                       const pave_btf_texels_params *params, pave_btf_diagnosis *out);
+
+/* The albedo of each texel, mean over views, as a picture of the BTF's channels. */
+PAVE_API pave_result pave_btf_albedo(pave_context *context, const pave_btf *btf, pave_image **out);
+
+typedef struct pave_btf_difference {
+    size_t size; /* set by the caller */
+    int64_t texels;
+    double rmse;     /* of the ABRDF of a texel, mean over texels (Steinhausen 2014, Eq. 11), on samples as they are */
+    double rmse_log; /* the same on log(sample + 1e-5) */
+    double relative; /* Frobenius norm of the difference over that of b, on log luminance (den Brok 2014, Table 2) */
+    double direction_error; /* degrees, the greatest between directions of the same number */
+} pave_btf_difference;
+
+/* How far `a` is from `b`, which have the same texels, channels and numbers of directions. */
+PAVE_API pave_result pave_btf_measure(pave_context *context, const pave_btf *a, const pave_btf *b,
+                                      const pave_btf_texels_params *params, pave_btf_difference *out);
+
+/* ---- Looking at it ---- */
+
+enum { PAVE_BTF_ON_PLANE = 0, PAVE_BTF_ON_CYLINDER = 1, PAVE_BTF_ON_SPHERE = 2 };
+
+typedef struct pave_btf_view_params {
+    size_t size;
+    int32_t shape;      /* PAVE_BTF_ON_PLANE ... */
+    int32_t side;       /* of the picture, px */
+    double light_theta; /* where the lamp is, degrees: from the axis z, which stands on the plane, */
+    double light_phi;   /* and about it from x, which points to the right */
+    double view_theta;  /* where the camera is, alike; it is far away and looks at the middle */
+    double view_phi;
+    double repeats;     /* of the texture across the plane, or half-way around a cylinder or sphere */
+    double exposure;    /* powers of two; 0: a white diffuse plane that faces the lamp is 1 */
+    int32_t samples;    /* for each side of a pixel */
+} pave_btf_view_params;
+
+#define PAVE_BTF_VIEW_PARAMS_INIT { sizeof(pave_btf_view_params), PAVE_BTF_ON_SPHERE, 512, 35, 120, 0, 0, 2, 0, 2 }
+
+PAVE_API void pave_btf_view_params_init(pave_btf_view_params *params, size_t size);
+
+/* A picture of the material on a plane, or on a cylinder or sphere about the upright axis y, in linear light, with an
+ * alpha channel. `environment`, a picture of all directions (latitude by longitude, +y up, its middle towards +z),
+ * takes the lamp's place; NULL: the lamp. Cost: 36 lookups a sample, and for an environment three for each light. */
+PAVE_API pave_result pave_btf_view(pave_context *context, const pave_btf *btf, const pave_image *environment,
+                                   const pave_btf_view_params *params, pave_image **out);
+
+/* `scale` times the difference of the pictures of two BTFs, without its sign. */
+PAVE_API pave_result pave_btf_view_difference(pave_context *context, const pave_btf *a, const pave_btf *b,
+                                              const pave_image *environment, const pave_btf_view_params *params,
+                                              double scale, pave_image **out);
+
+typedef struct pave_btf_sheet_params {
+    size_t size;
+    int32_t views;  /* shown, spread over all in their order */
+    int32_t lights; /* alike, of a contact sheet */
+    int32_t tile;   /* side of each picture, px */
+    int32_t x, y;   /* texel of a plot; -1: the mean over texels (at most 1024, spread) */
+    double exposure; /* powers of two; 0: a white diffuse plane that faces the lamp is 1 */
+} pave_btf_sheet_params;
+
+#define PAVE_BTF_SHEET_PARAMS_INIT { sizeof(pave_btf_sheet_params), 5, 7, 96, -1, -1, 0 }
+
+PAVE_API void pave_btf_sheet_params_init(pave_btf_sheet_params *params, size_t size);
+
+/* Textures side by side: a row for each view shown, a column for each light. */
+PAVE_API pave_result pave_btf_contact_sheet(pave_context *context, const pave_btf *btf,
+                                            const pave_btf_sheet_params *params, pave_image **out);
+
+/* An ABRDF as discs, one for each view shown: the hemisphere of lights in the parabolic plane, around its pole. */
+PAVE_API pave_result pave_btf_plot(pave_context *context, const pave_btf *btf, const pave_btf_sheet_params *params,
+                                   pave_image **out);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,149 @@
+/* What was found out about BTFs, as JSON and as lines to read. */
+#include <pave/io.h>
+
+#include "btf/btf.h"
+#include "io/output.h"
+#include "util/json.h"
+#include "util/text.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Numbers go out twice: as members of an object, or as lines with words. */
+typedef struct telling {
+    pv_output *output;
+    pv_json json;
+    int as_json;
+} telling;
+
+static void put(void *user, const char *text, size_t length)
+{
+    pv_output_bytes(user, text, length);
+}
+
+static void tell(telling *t, const char *name, double value, const char *words)
+{
+    char number[40], line[200];
+    if (t->as_json) {
+        pv_json_number(&t->json, name, value);
+        return;
+    }
+    pv_text_number(number, sizeof number, value == 0 ? 0 : round(value * 1e6) / 1e6);
+    snprintf(line, sizeof line, "%-16s %12s  %s\n", name, isnan(value) ? "-" : number, words);
+    pv_output_text(t->output, line);
+}
+
+static const char *set_name(int32_t set)
+{
+    return set == PAVE_DIRECTIONS_UBO81 ? "ubo81" : set == PAVE_DIRECTIONS_DOME151 ? "dome151" : "other";
+}
+
+static void tell_text(telling *t, const char *name, const char *value, const char *words)
+{
+    char line[200];
+    if (t->as_json) {
+        pv_json_string(&t->json, name, value);
+        return;
+    }
+    snprintf(line, sizeof line, "%-16s %12.40s  %s\n", name, value, words);
+    pv_output_text(t->output, line);
+}
+
+static void tell_channels(telling *t, const pave_btf *btf)
+{
+    if (t->as_json)
+        pv_json_array(&t->json, "channels");
+    for (int32_t c = 0; c < btf->channels; c++) {
+        if (t->as_json)
+            pv_json_object(&t->json, NULL);
+        tell_text(t, "name", btf->names[c], "channel");
+        tell(t, "components", pave_btf_components(btf, c), "of its factors; 0: samples as they are");
+        tell(t, "error", pave_btf_error(btf, c), "relative, of its factors, if pave made them just now");
+        if (t->as_json)
+            pv_json_close(&t->json);
+    }
+    if (t->as_json)
+        pv_json_close(&t->json);
+}
+
+static void tell_diagnosis(telling *t, const pave_btf *btf, const pave_btf_diagnosis *d)
+{
+    double samples = (double)d->samples;
+    tell(t, "width", btf->width, "texels");
+    tell(t, "height", btf->height, "texels");
+    tell(t, "views", btf->views.count, "directions");
+    tell_text(t, "view_set", set_name(d->view_set), "they are of");
+    tell(t, "lights", btf->lights.count, "directions");
+    tell_text(t, "light_set", set_name(d->light_set), "they are of");
+    tell(t, "cosine", btf->cosine, "1: samples hold the cosine of the light");
+    tell(t, "pixels_per_mm", btf->pixels_per_mm, "0: not known");
+    tell(t, "texels", (double)d->texels, "of them looked at");
+    tell(t, "missing", (double)d->missing, "pairs of view and light without samples");
+    tell(t, "not_finite", (double)d->not_finite, "samples are no numbers");
+    tell(t, "negative", (double)d->negative / samples, "of the samples are below 0");
+    tell(t, "saturated", (double)d->saturated / samples, "of the samples are the greatest of their channel");
+    tell(t, "least", d->least, "sample");
+    tell(t, "greatest", d->greatest, "sample");
+    tell(t, "mean", d->mean, "sample");
+    tell(t, "reciprocity", d->reciprocity, "rms error of the mean over texels, of its rms");
+    tell(t, "albedo", d->albedo, "mean over texels, views and channels");
+    tell(t, "albedo_over", d->albedo_over, "of the albedos are above 1");
+    tell_channels(t, btf);
+}
+
+static void tell_difference(telling *t, const pave_btf_difference *d)
+{
+    tell(t, "texels", (double)d->texels, "looked at");
+    tell(t, "rmse", d->rmse, "of an ABRDF, mean over texels");
+    tell(t, "rmse_log", d->rmse_log, "of its logarithm");
+    tell(t, "relative", d->relative, "of log luminance, in the Frobenius norm");
+    tell(t, "direction_error", d->direction_error, "degrees, the greatest between directions");
+}
+
+static pave_result write_telling(pave_context *context, const char *path, const char *format, const pave_btf *btf,
+                                 const pave_btf_diagnosis *diagnosis, const pave_btf_difference *difference)
+{
+    telling t = { .as_json = format && !strcmp(format, "json") };
+    int before = errno;
+    if (!t.as_json && format && strcmp(format, "text"))
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "it is written as \"json\" or \"text\"");
+    pave_result result = pv_output_open(context, path, 0, &t.output);
+    if (result)
+        return result;
+    pv_json_begin(&t.json, put, t.output);
+    if (t.as_json)
+        pv_json_object(&t.json, NULL);
+    if (diagnosis)
+        tell_diagnosis(&t, btf, diagnosis);
+    else
+        tell_difference(&t, difference);
+    if (t.as_json)
+        pv_json_close(&t.json);
+    result = pv_output_close(t.output, PAVE_OK);
+    errno = before;
+    return result;
+}
+
+pave_result pave_btf_diagnosis_write(pave_context *context, const pave_btf *btf, const pave_btf_diagnosis *given,
+                                     const char *path, const char *format)
+{
+    pave_btf_diagnosis diagnosis;
+    if (!context || !btf || !given || !path)
+        return PAVE_ERR_ARGUMENT;
+    memset(&diagnosis, 0, sizeof diagnosis);
+    memcpy(&diagnosis, given, given->size < sizeof diagnosis ? given->size : sizeof diagnosis);
+    return write_telling(context, path, format, btf, &diagnosis, NULL);
+}
+
+pave_result pave_btf_difference_write(pave_context *context, const pave_btf_difference *given, const char *path,
+                                      const char *format)
+{
+    pave_btf_difference difference;
+    if (!context || !given || !path)
+        return PAVE_ERR_ARGUMENT;
+    memset(&difference, 0, sizeof difference);
+    memcpy(&difference, given, given->size < sizeof difference ? given->size : sizeof difference);
+    return write_telling(context, path, format, NULL, NULL, &difference);
+}
