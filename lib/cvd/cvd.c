@@ -129,7 +129,7 @@ static pave_result make(pave_context *context, const pave_field *field, int32_t 
 {
     pv_rect bounds = bounds_of(field);
     int32_t wanted = (int32_t)ceil(fmin(cvd->params.window_margin * cvd->params.half_side, 1 << 20));
-    int32_t margin = wanted + pv_margin_guess(&cvd->params);
+    int32_t margin = wanted + pv_margin_guess(&cvd->params, 0);
     cvd->place = (pv_place){ 0, 0, plane_width(field), plane_height(field) };
     cvd->repeats = field->params.periodic;
     if (field->wraps && torus_pays(field, cvd, margin)) {
@@ -138,15 +138,18 @@ static pave_result make(pave_context *context, const pave_field *field, int32_t 
     }
     for (;;) {
         pv_rect region = pv_rect_grown(cvd->window, margin, bounds);
+        cvd->reserve = margin;
         pave_result result = pv_region_make(context, field, region, 0, cvd);
         if (result)
             return result;
-        int32_t room = pv_rect_room(cvd->window, region, cvd), least = wanted + (cvd->exact >> 8) + 1;
-        if (cvd->site_count && room >= least)
+        pv_rect left = pv_region_rect(cvd);
+        int32_t lacking = wanted + (cvd->exact >> 8) + 1 - pv_rect_room(cvd->window, left, cvd);
+        if (cvd->site_count && lacking <= 0)
             return copy_window(context, cvd);
         pv_region_drop(cvd);
-        margin = (least > margin ? least : margin) + margin / 4 + 1;
-        if (region.width == bounds.width && region.height == bounds.height) {
+        margin += (lacking > 0 ? lacking : 0) + margin / 4 + 1;
+        if (region.width == bounds.width && region.height == bounds.height &&
+            pv_region_open(cvd, region) == pv_region_open(cvd, left)) {
             *needed = margin;
             return PAVE_OK;
         }
