@@ -8,8 +8,7 @@ enum { SIDE = 200 };
 /* The middle of a drawing file; brute force takes too long for the whole. */
 static pave_image *read_part(pave_context *context, const char *path)
 {
-    pave_image *image = NULL, *drawing = NULL, *part = NULL;
-    pave_image_params shape = PAVE_IMAGE_PARAMS_INIT;
+    pave_image *image = NULL, *drawing = NULL;
     uint8_t *pixels = malloc(SIDE * SIDE);
     assert_ok(pave_image_read(context, path, &image));
     assert_ok(pave_image_threshold(context, image, NULL, &drawing));
@@ -17,12 +16,9 @@ static pave_image *read_part(pave_context *context, const char *path)
     const uint8_t *from = pave_image_pixels(drawing);
     for (int32_t y = 0; y < SIDE; y++)
         memcpy(pixels + y * SIDE, from + (int64_t)(top + y) * width + left, SIDE);
-    shape.width = shape.height = SIDE;
-    assert_ok(pave_image_create(context, &shape, pixels, &part));
-    free(pixels);
     pave_image_free(&image);
     pave_image_free(&drawing);
-    return part;
+    return take_pixels(context, SIDE, SIDE, pixels);
 }
 
 static pave_image *drawing_number(pave_context *context, int number)

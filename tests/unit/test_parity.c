@@ -164,28 +164,36 @@ static void place_site(const pv_plane *plane, spread how, pave_site *site)
     }
 }
 
+/* Compares what starts at `count` places, and frees it all but for what else the plane points at. */
+static void compare_sites(pv_plane *plane, pave_site *start, int32_t count)
+{
+    pv_home *home = calloc((size_t)count, sizeof *home);
+    for (int32_t i = 0; i < count; i++) {
+        home[i] = (pv_home){ start[i].x / plane->cell, start[i].y / plane->cell, i % 64, 0 };
+        pv_site_turn(plane, &start[i]);
+    }
+    plane->start = start;
+    plane->home = home;
+    plane->sites = count;
+    compare(plane);
+    free(start);
+    free(home);
+    free((void *)(uintptr_t)plane->edge);
+}
+
 /* Sites that no drawing would get. */
 static void compare_odd(spread how, int32_t count, double h, int32_t greatest)
 {
     pv_plane plane = make_plane(1 + draw(200), 1 + draw(200), h);
     pave_site *start = calloc((size_t)count, sizeof *start);
-    pv_home *home = calloc((size_t)count, sizeof *home);
     for (int32_t i = 0; i < count; i++) {
         place_site(&plane, how, &start[i]);
         start[i].half_x = draw(greatest + 1);
         start[i].half_y = draw(greatest + 1);
         if (how == COPIES && i)
             start[i] = start[draw(i)];
-        home[i] = (pv_home){ start[i].x / plane.cell, start[i].y / plane.cell, i % 64, 0 };
-        pv_site_turn(&plane, &start[i]);
     }
-    plane.start = start;
-    plane.home = home;
-    plane.sites = count;
-    compare(&plane);
-    free(start);
-    free(home);
-    free((void *)(uintptr_t)plane.edge);
+    compare_sites(&plane, start, count);
 }
 
 /* As a mosaic has them: pyramids, oriented by a field, with pixels that count for nobody. */
@@ -194,7 +202,6 @@ static void compare_pyramids(spread how, int32_t count, double h, double sizes, 
     int32_t metric = 1 + draw(2), width = 1 + draw(200), height = 1 + draw(200), across = (width + 7) / 8;
     pv_plane plane = make_plane(width, height, h);
     pave_site *start = calloc((size_t)count, sizeof *start);
-    pv_home *home = calloc((size_t)count, sizeof *home);
     uint16_t *direction = malloc(sizeof *direction * (size_t)width * (size_t)height);
     uint64_t *mask = calloc((size_t)across * (size_t)((height + 7) / 8), sizeof *mask);
     for (int32_t i = 0; i < width * height; i++)
@@ -209,18 +216,10 @@ static void compare_pyramids(spread how, int32_t count, double h, double sizes, 
         place_site(&plane, how, &start[i]);
         start[i].half_x = slope > 1 ? (int32_t)slope : 1;
         start[i].half_y = (int32_t)(slope / aspect) > 0 ? (int32_t)(slope / aspect) : 1;
-        home[i] = (pv_home){ start[i].x / plane.cell, start[i].y / plane.cell, i % 64, 0 };
-        pv_site_turn(&plane, &start[i]);
     }
-    plane.start = start;
-    plane.home = home;
-    plane.sites = count;
-    compare(&plane);
-    free(start);
-    free(home);
+    compare_sites(&plane, start, count);
     free(direction);
     free(mask);
-    free((void *)(uintptr_t)plane.edge);
 }
 
 static void test_pyramids(void **state)
