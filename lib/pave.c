@@ -86,7 +86,9 @@ static pave_result make_diagram(pave_context *context, const pave_lay_params *pa
         result = pv_params_read(context, &pv_stones_table, params->stones, &stones);
     if (!cvd.supersample)
         cvd.supersample = pv_stones_supersample(&stones);
-    cvd.window_margin = fmax(cvd.window_margin, pv_stones_margin_guess(1, &stones));
+    if (!result)
+        cvd.window_margin = fmax(cvd.window_margin, pv_stones_margin_guess(work->field->place.width,
+                                 work->field->place.height, work->field->wraps, &cvd, &stones));
     while (!result && !work->cvd) {
         result = pave_cvd_create(context, work->field, &cvd, &work->cvd);
         if (result)

@@ -31,6 +31,7 @@ void pave_stream_params_init(pave_stream_params *params, size_t size)
 enum {
     SPARE = 8,             /* px of drawing around what a diagram is asked for */
     BYTES_A_PIXEL = 18,    /* of a region: drawing, field, edges, labels, and its share of sites and polygons */
+    BYTES_BEST = 12,       /* and of the diagram's own pixels in best mode: labels, pieces, tessellation */
     BASE = 160 << 20,      /* code, image libraries, a driver */
     DEFAULT_MEMORY = 1 << 30,
 };
@@ -56,7 +57,6 @@ static pave_result read_params(pv_stream *s, const pave_lay_params *given)
         result = pv_params_read(context, &pv_stones_table, params->stones, &s->plan.stones);
     if (!s->plan.cvd.supersample)
         s->plan.cvd.supersample = pv_stones_supersample(&s->plan.stones);
-    s->plan.cvd.window_margin = fmax(s->plan.cvd.window_margin, pv_stones_margin_guess(1, &s->plan.stones));
     if (!result && s->plan.cvd.until_still > 0)
         result = pv_fail(context, PAVE_ERR_ARGUMENT,
                          "until_still looks at all sites of a plane: it is not for what is laid window by window");
@@ -66,11 +66,25 @@ static pave_result read_params(pv_stream *s, const pave_lay_params *given)
     return result;
 }
 
+static double bytes_a_pixel(const pv_stream *s)
+{
+    int32_t scale = s->plan.cvd.supersample;
+    return s->plan.stones.mode == PAVE_MODE_PAPER ? BYTES_A_PIXEL : BYTES_A_PIXEL + BYTES_BEST * scale * scale;
+}
+
 /* How far around a plane that repeats its diagram and its stones are computed, if that is done for the whole. */
 static double whole_around(const pave_cvd_params *cvd)
 {
     double around = pv_torus_guess(cvd), stones = cvd->window_margin * cvd->half_side;
     return stones > around ? stones : around;
+}
+
+static double margin_for(const pv_stream *s, const pave_cvd_params *cvd, int whole)
+{
+    pave_cvd_params like = *cvd;
+    like.window[2] = like.window[3] = !whole;
+    return fmax(cvd->window_margin, pv_stones_margin_guess(s->drawing.width, s->drawing.height,
+                                                           s->plan.field.periodic, &like, &s->plan.stones));
 }
 
 /* Windows of such a size that one with its margin stays within the memory. */
@@ -80,15 +94,22 @@ static pave_result divide(pv_stream *s, int64_t memory)
     double width = s->drawing.width, height = s->drawing.height;
     if (cvd.stones)
         cvd.half_side = sqrt(width * height / cvd.stones) / 2;
-    s->plan.margin = pv_margin_guess(&cvd) + (int32_t)(cvd.window_margin * cvd.half_side) + SPARE;
     double held = s->drawing.bits ? (double)s->drawing.stride * height : 0, left = (double)memory - BASE - held;
-    double side = floor(sqrt(fmax(left, 0) / BYTES_A_PIXEL)) - 2 * s->plan.margin;
+    cvd.window_margin = margin_for(s, &s->plan.cvd, 1);
     double around = s->plan.field.periodic ? 2 * whole_around(&cvd) : 0;
-    double whole = BYTES_A_PIXEL * (width + around) * (height + around);
+    double bytes = bytes_a_pixel(s), whole = bytes * (width + around) * (height + around);
+    if (left < whole)
+        cvd.window_margin = margin_for(s, &s->plan.cvd, 0);
+    s->plan.cvd.window_margin = cvd.window_margin;
+    s->plan.margin = pv_margin_guess(&cvd) + (int32_t)(cvd.window_margin * cvd.half_side) + SPARE;
+    double pixels = fmax(left, 0) / bytes, span = sqrt(pixels), narrow = fmin(width, height);
+    if (narrow < span && !s->plan.field.periodic) /* windows reach from side to side */
+        span = pixels / narrow;
+    double side = floor(span) - 2 * s->plan.margin;
     if (side < s->plan.margin / 2 && left < whole) {
         double least = 2.5 * s->plan.margin;
         return pv_fail(s->context, PAVE_ERR_LIMIT, "memory is %lld bytes, but windows of this drawing need %.0f",
-                       (long long)memory, least * least * BYTES_A_PIXEL + BASE + held);
+                       (long long)memory, least * least * bytes + BASE + held);
     }
     if (left >= whole)
         side = fmax(width, height);
@@ -277,8 +298,9 @@ pave_result pv_stream_plan(pv_stream *s, const char *drawing, const pave_lay_par
 pv_room pv_stream_room(const pv_stream *s, const char *beside)
 {
     pv_rect w = pv_manifest_window(&s->plan, 0);
-    int64_t margin = 2 * (int64_t)s->plan.margin, bytes = (w.width + margin) * (w.height + margin) * BYTES_A_PIXEL;
-    return (pv_room){ bytes > DEFAULT_MEMORY - BASE ? bytes : DEFAULT_MEMORY - BASE, beside };
+    int64_t margin = 2 * (int64_t)s->plan.margin, most = DEFAULT_MEMORY - BASE;
+    double bytes = (double)(w.width + margin) * (double)(w.height + margin) * bytes_a_pixel(s);
+    return (pv_room){ bytes > (double)most ? (int64_t)bytes : most, beside };
 }
 
 static pave_result lay_all(pv_stream *s, const pave_stream_params *params, const char *drawing,

@@ -15,8 +15,8 @@ enum {
     PAVE_MODE_PAPER = 0, /* the text to the letter */
     PAVE_MODE_BEST = 1   /* the same spirit without its flaws: cells split by colour, one contour for both colours,
                             vertices made flat by min-cost assignment, each stone inscribed in its own cell, so that
-                            no two overlap. Not for periodic planes; a window needs far more around it than in the
-                            paper's mode, about 1000 px at h = 4 */
+                            no two overlap. A window needs far more around it than in the paper's mode, about 1000 px
+                            at h = 4; a periodic plane as a whole a third of that */
 };
 
 /* Joints of best mode. */

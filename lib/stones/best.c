@@ -22,22 +22,64 @@ static int64_t half_side(const pave_cvd *cvd)
 }
 
 /* Pieces merge with neighbours' neighbours, and are cut; chains are drawn by what is around them, and again crack by
- * crack; sides collapse if they are the shortest among faces' neighbours; then blocks follow on blocks. */
-double pv_best_reach(double half_side, double radius)
+ * crack; sides collapse if they are the shortest among faces' neighbours. */
+static double reach_before_blocks(double radius)
 {
     double cell = 2 * radius, pieces = (2 * PV_PIECES_ROUNDS + 1) * cell, chains = PV_CONTOUR_REACH + 2 + 4 * cell;
-    double collapses = 2 * COLLAPSES * cell, match = 2 * (4 * 2 * half_side * MATCH_CELLS + cell);
-    double realise = 2 * (4 * 2 * half_side * REALISE_CELLS + cell);
-    return pieces + chains + collapses + match + realise;
+    return pieces + chains + 2 * COLLAPSES * cell;
 }
 
-static pave_result split(pave_context *context, const pave_image *drawing, const pave_cvd *cvd, int fill,
-                         pv_pieces *pieces)
+/* A block's length in px, the longer way. */
+static double block_length(const pave_cvd *cvd, int32_t cells)
 {
-    pv_label_image image = { .width = cvd->width, .height = cvd->height, .labels = cvd->labels,
-                             .label_count = cvd->site_count, .colours = drawing->pixels, .scale = cvd->scale,
-                             .colour_x = cvd->place.x - cvd->scale * drawing->place.x,
-                             .colour_y = cvd->place.y - cvd->scale * drawing->place.y,
+    int64_t side = 2 * half_side(cvd) * cells, unit = cvd->repeats ? PV_GRID : 0;
+    int64_t x = pv_block_length(side, unit * cvd->place.width / cvd->scale);
+    int64_t y = pv_block_length(side, unit * cvd->place.height / cvd->scale);
+    return (double)(x > y ? x : y) / PV_GRID;
+}
+
+/* Blocks follow on blocks. */
+static double reach_of_blocks(const pave_cvd *cvd, double radius)
+{
+    return 2 * (4 * block_length(cvd, MATCH_CELLS) + 2 * radius) +
+           2 * (4 * block_length(cvd, REALISE_CELLS) + 2 * radius);
+}
+
+/* From the window's borders to those of a period of blocks that begins in it, and the cells there. */
+static double reach_of_period(const pave_cvd *cvd, double radius)
+{
+    int32_t x = cvd->place.width - cvd->window.width, y = cvd->place.height - cvd->window.height;
+    return (double)(x > y ? x : y) / cvd->scale + block_length(cvd, MATCH_CELLS) + 2 * radius;
+}
+
+/* Is it less to see a whole period, where blocks need nothing around them? */
+static int sees_period(const pave_cvd *cvd, double radius)
+{
+    return cvd->repeats && reach_of_period(cvd, radius) < reach_of_blocks(cvd, radius);
+}
+
+double pv_best_reach(const pave_cvd *cvd, double radius)
+{
+    return reach_before_blocks(radius) +
+           (sees_period(cvd, radius) ? reach_of_period(cvd, radius) : reach_of_blocks(cvd, radius));
+}
+
+/* As much of the diagram as its stones are felt in. */
+static pv_rect region_of(const pave_cvd *cvd, const pave_stones_params *params)
+{
+    pv_rect all = { cvd->place.x, cvd->place.y, cvd->width, cvd->height };
+    int32_t margin = (int32_t)ceil(pv_stones_margin(cvd, params)) + 1;
+    return pv_rect_grown(cvd->window, cvd->scale * margin, all);
+}
+
+static pave_result split(pave_context *context, const pave_image *drawing, const pave_cvd *cvd, pv_rect region,
+                         int fill, pv_pieces *pieces)
+{
+    int64_t first = (int64_t)(region.y - cvd->place.y) * cvd->width + region.x - cvd->place.x;
+    pv_label_image image = { .width = region.width, .height = region.height, .labels = cvd->labels + first,
+                             .stride = cvd->width, .label_count = cvd->site_count, .colours = drawing->pixels,
+                             .scale = cvd->scale, .colour_x = region.x - cvd->scale * drawing->place.x,
+                             .colour_y = region.y - cvd->scale * drawing->place.y,
                              .colour_width = drawing->width };
     double side = cvd->scale * cvd->params.half_side;
     return pv_pieces_split(context, &image, (int64_t)(side * side), fill, pieces);
@@ -50,14 +92,19 @@ static pave_result trace(pave_context *context, const pave_image *drawing, const
     pv_pieces pieces;
     pv_net net = { 0 };
     pv_outline outline = { 0 };
-    pv_tess_place place = { cvd->place.x, cvd->place.y, cvd->scale, cvd->params.half_side };
-    pave_result result = split(context, drawing, cvd, params->thin == PAVE_THIN_DROP, &pieces);
+    pv_rect region = region_of(cvd, params);
+    pv_tess_place place = { region.x, region.y, cvd->scale, cvd->params.half_side, { 0, 0 } };
+    if (cvd->repeats)
+        place.period = (pv_cell){ cvd->place.width / cvd->scale, cvd->place.height / cvd->scale };
+    pave_result result = split(context, drawing, cvd, region, params->thin == PAVE_THIN_DROP, &pieces);
     if (!result)
         result = pv_net_trace(context, &pieces, &net);
     if (!result)
         result = pv_outline_draw(context, &net, &place, &outline);
     if (!result)
         result = pv_tess_build(context, &net, &place, &outline, tess);
+    tess->has_whole = sees_period(cvd, (double)cvd->radius / 256 / cvd->scale);
+    tess->whole = (pv_cell){ cvd->window.x / cvd->scale * PV_GRID, cvd->window.y / cvd->scale * PV_GRID };
     pv_outline_free(&outline);
     pv_net_free(&net);
     pv_pieces_free(&pieces);
@@ -106,6 +153,12 @@ static int32_t open_joints(const quarry *q, pv_cell *stone, int32_t count)
                                                       : pv_stone_offset(stone, count, way);
 }
 
+static void move(pv_cell *ring, int32_t count, pv_cell way)
+{
+    for (int32_t i = 0; i < count; i++)
+        ring[i] = (pv_cell){ ring[i].x + way.x, ring[i].y + way.y };
+}
+
 static void cut_face(const quarry *q, int32_t f)
 {
     pv_cell ring[PV_STONE_MOST], stones[2 * PV_STONE_MOST], *out = q->corner + 3 * q->tess->first[f];
@@ -113,6 +166,8 @@ static void cut_face(const quarry *q, int32_t f)
     int32_t before[2] = { 0, 0 }, count = pv_tess_ring(q->tess, f, ring, PV_STONE_MOST);
     if (count > PV_STONE_MOST)
         return;
+    pv_cell origin = ring[0]; /* so that the stone is the same wherever it lies */
+    move(ring, count, (pv_cell){ -origin.x, -origin.y });
     for (int32_t i = 0; i < count; i++)
         corner[i] = (uint8_t)pv_is_corner(q->tess, q->tess->first[f] + i);
     pv_stone_cell cell = { count, ring, corner };
@@ -122,6 +177,7 @@ static void cut_face(const quarry *q, int32_t f)
         int32_t after = open_joints(q, stone, before[k]);
         q->cut[f] += after < before[k];
         q->count[f][k] = after;
+        move(stone, after, origin);
         memcpy(out, stone, (size_t)after * sizeof *stone);
         out += after;
     }
@@ -134,20 +190,6 @@ static void cut_faces(void *data, int32_t task, int32_t worker)
     for (int32_t f = task * TASK; f < (task + 1) * TASK && f < q->tess->face_count; f++)
         if (q->cvd->mine[q->tess->label[f]])
             cut_face(q, f);
-}
-
-static pave_result allocate(pave_context *context, const pv_tess *tess, pave_stones *out)
-{
-    pave_result result = PAVE_OK;
-    size_t n = 2 * (size_t)tess->face_count, corners = 3 * (size_t)tess->first[tess->face_count];
-    out->starts = pv_allocate_zeroed(context, n + 1, sizeof *out->starts, &result);
-    if (!result)
-        out->vertices = pv_allocate(context, corners, 2 * sizeof *out->vertices, &result);
-    if (!result)
-        out->colours = pv_allocate(context, n, sizeof *out->colours, &result);
-    if (!result)
-        out->sites = pv_allocate(context, n, sizeof *out->sites, &result);
-    return result;
 }
 
 /* How many periods a copy of a site is away, grid units. */
@@ -189,9 +231,10 @@ static void count_cells(const quarry *q, pave_stones *out)
 static pave_result isolate(pave_context *context, const pave_cvd *cvd, const pv_tess *tess, pave_stones *out)
 {
     quarry q = { &out->params, cvd, tess, NULL, NULL, NULL };
-    pave_result result = allocate(context, tess, out);
+    size_t corners = 3 * (size_t)tess->first[tess->face_count];
+    pave_result result = pv_stones_allocate(context, 2 * (size_t)tess->face_count, corners, out);
     if (!result)
-        q.corner = pv_allocate(context, 3 * (size_t)tess->first[tess->face_count], sizeof *q.corner, &result);
+        q.corner = pv_allocate(context, corners, sizeof *q.corner, &result);
     if (!result)
         q.count = pv_allocate_zeroed(context, (size_t)tess->face_count, sizeof *q.count, &result);
     if (!result)

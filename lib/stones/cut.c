@@ -193,32 +193,15 @@ static void cut_all(const pave_stones *stones, cutter *c)
     }
 }
 
-static pave_result allocate(pave_context *context, int32_t count, int64_t corners, pave_stones *out)
-{
-    pave_result result = PAVE_OK;
-    out->starts = pv_allocate_zeroed(context, (size_t)count + 1, sizeof *out->starts, &result);
-    if (!result)
-        out->colours = pv_allocate(context, (size_t)count, sizeof *out->colours, &result);
-    if (!result)
-        out->sites = pv_allocate(context, (size_t)count, sizeof *out->sites, &result);
-    if (!result)
-        out->vertices = pv_allocate(context, (size_t)corners, 2 * sizeof *out->vertices, &result);
-    return result;
-}
-
 pave_result pv_stones_cut(pave_context *context, pave_stones *stones)
 {
     pave_stones parts = { .count = 0 };
     cutter c = { .width = GRID * stones->plane_width, .height = GRID * stones->plane_height, .out = &parts };
     cut_all(stones, &c);
-    pave_result result = allocate(context, parts.count, c.corners, &parts);
+    pave_result result = pv_stones_allocate(context, (size_t)parts.count, (size_t)c.corners, &parts);
     if (!result)
         cut_all(stones, &c);
-    pave_stones *dropped = result ? &parts : stones;
-    pv_release(dropped->starts);
-    pv_release(dropped->vertices);
-    pv_release(dropped->colours);
-    pv_release(dropped->sites);
+    pv_stones_drop(result ? &parts : stones);
     if (result)
         return result;
     stones->starts = parts.starts;
