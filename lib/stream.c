@@ -101,7 +101,7 @@ static pave_result divide(pv_stream *s, int64_t memory)
     if (left < whole)
         cvd.window_margin = margin_for(s, &s->plan.cvd, 0);
     s->plan.cvd.window_margin = cvd.window_margin;
-    s->plan.margin = pv_margin_guess(&cvd) + (int32_t)(cvd.window_margin * cvd.half_side) + SPARE;
+    s->plan.margin = pv_margin_guess(&cvd, 0) + (int32_t)(cvd.window_margin * cvd.half_side) + SPARE;
     double pixels = fmax(left, 0) / bytes, span = sqrt(pixels), narrow = fmin(width, height);
     if (narrow < span && !s->plan.field.periodic) /* windows reach from side to side */
         span = pixels / narrow;
