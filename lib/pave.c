@@ -102,6 +102,19 @@ static pave_result make_diagram(pave_context *context, const pave_lay_params *pa
     return result;
 }
 
+static pave_result widen_drawing(pave_context *context, const pave_lay_params *params, pave_image **drawing)
+{
+    pave_field_params field;
+    pave_cvd_params cvd;
+    pave_stones_params stones;
+    pave_result result = pv_params_read(context, &pv_field_table, params->field, &field);
+    if (!result)
+        result = pv_params_read(context, &pv_cvd_table, params->cvd, &cvd);
+    if (!result)
+        result = pv_params_read(context, &pv_stones_table, params->stones, &stones);
+    return result ? result : pv_stones_widen(context, &cvd, &stones, field.periodic, drawing);
+}
+
 /* In black and white, or in the colours of a palette, which is found first if none is given. */
 static pave_result make_drawing(pave_context *context, const pave_image *image, const pave_lay_params *params,
                                 pave_image **out)
@@ -145,6 +158,8 @@ static pave_result run_stages(pave_context *context, const pave_image *image, co
     double start = pv_seconds(), after_field = start, after_cvd = start;
     pv_call call = pv_call_begin(context, "lay", 0, 0.05);
     pave_result result = make_drawing(context, image, params, &work->drawing);
+    if (!result)
+        result = widen_drawing(context, params, &work->drawing);
     if (!result)
         result = pave_field_create(context, work->drawing, params->field, &work->field);
     pv_call_end(context, call);

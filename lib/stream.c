@@ -154,6 +154,30 @@ static pv_rect choose_region(const pv_stream *s, pv_rect window, int32_t margin)
     return (double)region.width * region.height < whole ? region : plane;
 }
 
+/* A part of the drawing; where thin features are widened, from some more of it. */
+static pave_result cut_drawing(pv_stream *s, pv_rect region, pave_image **out)
+{
+    const pave_palette *palette = &s->plan.palette.palette;
+    const pv_bitmap *from = &s->drawing;
+    int32_t w = from->width, h = from->height, repeats = s->plan.field.periodic;
+    double least = pv_stones_thin_width(w, h, &s->plan.cvd, &s->plan.stones);
+    int32_t around = least > 1 ? pv_widen_reach((int32_t)ceil(least)) : 0;
+    const pv_rect plane = { 0, 0, w, h }, everywhere = { -(1 << 29), -(1 << 29), 1 << 30, 1 << 30 };
+    int whole = region.width == w && region.height == h;
+    pv_rect more = whole ? region : pv_rect_grown(region, around, repeats ? everywhere : plane);
+    pave_image *wide = NULL;
+    pave_result result = pv_drawing_cut(s->context, from, palette, more.x, more.y, more.width, more.height, &wide);
+    if (!result)
+        result = pv_stones_widen(s->context, &s->plan.cvd, &s->plan.stones, repeats, &wide);
+    *out = wide;
+    if (result || (more.width == region.width && more.height == region.height))
+        return result;
+    pv_place part = { region.x - more.x, region.y - more.y, region.width, region.height };
+    result = pv_image_crop(s->context, wide, part, out);
+    pave_image_free(&wide);
+    return result;
+}
+
 /* The stones of a window from so much of the drawing around it; NULL, and a larger margin, if that is too little. */
 static pave_result lay_region(pv_stream *s, pv_rect window, int32_t *margin, pave_stones **out)
 {
@@ -165,8 +189,7 @@ static pave_result lay_region(pv_stream *s, pv_rect window, int32_t *margin, pav
     int32_t needed = 0;
     pave_cvd_params params = s->plan.cvd;
     memcpy(params.window, &window, sizeof params.window);
-    pave_result result = pv_drawing_cut(context, &s->drawing, &s->plan.palette.palette, region.x, region.y,
-                                        region.width, region.height, &drawing);
+    pave_result result = cut_drawing(s, region, &drawing);
     if (!result)
         result = pave_field_create(context, drawing, &s->plan.field, &field);
     if (!result)

@@ -111,13 +111,15 @@ static pave_result trace(pave_context *context, const pave_image *drawing, const
     return result;
 }
 
-/* Stones of all faces, before they are put one after the other: up to two a face. */
+enum { SPARE_CORNERS = 16, MOST_STONES = 2 * PV_STONE_PARTS };
+
+/* Stones of all faces, before they are put one after the other. */
 typedef struct quarry {
     const pave_stones_params *params;
     const pave_cvd *cvd;
     const pv_tess *tess;
-    pv_cell *corner;     /* of face f from 3 * tess->first[f] on */
-    int32_t (*count)[2]; /* of face f; 0: no stone */
+    pv_cell *corner;     /* of face f from first_corner(f) on */
+    uint8_t (*count)[MOST_STONES]; /* of face f, one after the other; 0: no more */
     uint8_t *cut;        /* stones that the joint took corners of, or all */
 } quarry;
 
@@ -159,11 +161,38 @@ static void move(pv_cell *ring, int32_t count, pv_cell way)
         ring[i] = (pv_cell){ ring[i].x + way.x, ring[i].y + way.y };
 }
 
+/* Two for each corner of the face would do for its stones, if none were divided. */
+static int64_t first_corner(const pv_tess *tess, int32_t f)
+{
+    return 3 * tess->first[f] + SPARE_CORNERS * (int64_t)f;
+}
+
+/* A stone of a cell, in parts if it is too long, with joints around: from `out` on, of which there are `room`. */
+static int32_t add_parts(const quarry *q, int32_t f, const pv_cell *stone, int32_t count, pv_cell origin,
+                         int32_t *stones, pv_cell *out, int32_t room)
+{
+    pv_cell parts[2 * PV_STONE_MOST];
+    int32_t counts[PV_STONE_PARTS], used = 0;
+    memcpy(parts, stone, (size_t)count * sizeof *stone);
+    int32_t n = pv_stone_divide(parts, count, q->params->aspect, room, counts);
+    for (int32_t k = 0, at = 0; k < n; at += counts[k++]) {
+        int32_t after = open_joints(q, parts + at, counts[k]);
+        q->cut[f] += after < counts[k];
+        if (!after || after > UINT8_MAX)
+            continue;
+        move(parts + at, after, origin);
+        memcpy(out + used, parts + at, (size_t)after * sizeof *out);
+        q->count[f][(*stones)++] = (uint8_t)after;
+        used += after;
+    }
+    return used;
+}
+
 static void cut_face(const quarry *q, int32_t f)
 {
-    pv_cell ring[PV_STONE_MOST], stones[2 * PV_STONE_MOST], *out = q->corner + 3 * q->tess->first[f];
+    pv_cell ring[PV_STONE_MOST], stones[2 * PV_STONE_MOST], *out = q->corner + first_corner(q->tess, f);
     uint8_t corner[PV_STONE_MOST];
-    int32_t before[2] = { 0, 0 }, count = pv_tess_ring(q->tess, f, ring, PV_STONE_MOST);
+    int32_t before[2] = { 0, 0 }, count = pv_tess_ring(q->tess, f, ring, PV_STONE_MOST), made = 0, used = 0;
     if (count > PV_STONE_MOST)
         return;
     pv_cell origin = ring[0]; /* so that the stone is the same wherever it lies */
@@ -172,15 +201,11 @@ static void cut_face(const quarry *q, int32_t f)
         corner[i] = (uint8_t)pv_is_corner(q->tess, q->tess->first[f] + i);
     pv_stone_cell cell = { count, ring, corner };
     cut_cell(&cell, stones, before);
-    for (int k = 0; k < 2 && before[k]; k++) {
-        pv_cell *stone = stones + (k ? before[0] : 0);
-        int32_t after = open_joints(q, stone, before[k]);
-        q->cut[f] += after < before[k];
-        q->count[f][k] = after;
-        move(stone, after, origin);
-        memcpy(out, stone, (size_t)after * sizeof *stone);
-        out += after;
-    }
+    int32_t room = (int32_t)(first_corner(q->tess, f + 1) - first_corner(q->tess, f)) - before[1];
+    if (before[0])
+        used = add_parts(q, f, stones, before[0], origin, &made, out, room);
+    if (before[1])
+        add_parts(q, f, stones + before[0], before[1], origin, &made, out + used, room + before[1] - used);
 }
 
 static void cut_faces(void *data, int32_t task, int32_t worker)
@@ -200,17 +225,21 @@ static pv_cell shift_of(const pave_cvd *cvd, int32_t site)
                       (int32_t)((int64_t)s.y * PV_GRID / (256 * cvd->scale)) };
 }
 
-static void add_stone(const quarry *q, int32_t face, int k, pave_stones *out)
+static void add_stones(const quarry *q, int32_t face, pave_stones *out)
 {
-    int64_t at = out->starts[out->count], from = 3 * q->tess->first[face] + (k ? q->count[face][0] : 0);
+    int64_t from = first_corner(q->tess, face);
     pv_cell shift = shift_of(q->cvd, q->tess->label[face]);
-    for (int32_t i = 0; i < q->count[face][k]; i++) {
-        out->vertices[2 * (at + i)] = (double)(q->corner[from + i].x - shift.x) / PV_GRID;
-        out->vertices[2 * (at + i) + 1] = (double)(q->corner[from + i].y - shift.y) / PV_GRID;
+    for (int k = 0; k < MOST_STONES && q->count[face][k]; k++) {
+        int64_t at = out->starts[out->count];
+        int32_t count = q->count[face][k];
+        for (int32_t i = 0; i < count; i++, from++) {
+            out->vertices[2 * (at + i)] = (double)(q->corner[from].x - shift.x) / PV_GRID;
+            out->vertices[2 * (at + i) + 1] = (double)(q->corner[from].y - shift.y) / PV_GRID;
+        }
+        out->colours[out->count] = q->tess->colour[face];
+        out->sites[out->count] = q->cvd->numbers[q->tess->label[face]];
+        out->starts[++out->count] = at + count;
     }
-    out->colours[out->count] = q->tess->colour[face];
-    out->sites[out->count] = q->cvd->numbers[q->tess->label[face]];
-    out->starts[++out->count] = at + q->count[face][k];
 }
 
 static void count_cells(const quarry *q, pave_stones *out)
@@ -223,7 +252,7 @@ static void count_cells(const quarry *q, pave_stones *out)
         for (int64_t p = tess->first[f]; p < tess->first[f + 1]; p++)
             junctions += !(tess->kind[tess->corner[p]] & PV_BEND);
         pv_count_cell(&out->report, junctions);
-        out->report.vanished += !q->count[f][0] && !q->count[f][1];
+        out->report.vanished += !q->count[f][0];
         out->report.reduced += q->cut[f];
     }
 }
@@ -231,10 +260,9 @@ static void count_cells(const quarry *q, pave_stones *out)
 static pave_result isolate(pave_context *context, const pave_cvd *cvd, const pv_tess *tess, pave_stones *out)
 {
     quarry q = { &out->params, cvd, tess, NULL, NULL, NULL };
-    size_t corners = 3 * (size_t)tess->first[tess->face_count];
-    pave_result result = pv_stones_allocate(context, 2 * (size_t)tess->face_count, corners, out);
-    if (!result)
-        q.corner = pv_allocate(context, corners, sizeof *q.corner, &result);
+    int64_t count = 0, corners = 0;
+    pave_result result = PAVE_OK;
+    q.corner = pv_allocate(context, (size_t)first_corner(tess, tess->face_count), sizeof *q.corner, &result);
     if (!result)
         q.count = pv_allocate_zeroed(context, (size_t)tess->face_count, sizeof *q.count, &result);
     if (!result)
@@ -242,9 +270,12 @@ static pave_result isolate(pave_context *context, const pave_cvd *cvd, const pv_
     if (!result)
         result = pv_parallel(context, (tess->face_count + TASK - 1) / TASK, cut_faces, &q, 0.8, 0.98);
     for (int32_t f = 0; f < tess->face_count && !result; f++)
-        for (int k = 0; k < 2; k++)
-            if (q.count[f][k])
-                add_stone(&q, f, k, out);
+        for (int k = 0; k < MOST_STONES && q.count[f][k]; k++)
+            count++, corners += q.count[f][k];
+    if (!result)
+        result = pv_stones_allocate(context, (size_t)count, (size_t)corners, out);
+    for (int32_t f = 0; f < tess->face_count && !result; f++)
+        add_stones(&q, f, out);
     if (!result)
         count_cells(&q, out);
     pv_release(q.corner);

@@ -21,8 +21,10 @@ static const pv_param stones_rows[] = {
     PV_REAL(pave_stones_params, small_edge, "half sides", 0, 2, "shorter edges of a stone lose an end"),
     PV_CHOICE(pave_stones_params, joint_style, "paper|even",
               "joints of best mode: as uneven as the text's, or as wide everywhere as the grout"),
-    PV_CHOICE(pave_stones_params, thin, "keep|drop", "lines and spots too thin for a stone, in best mode"),
+    PV_CHOICE(pave_stones_params, thin, "keep|drop|widen", "lines and spots too thin for a stone"),
     PV_CHOICE(pave_stones_params, border, "wrapped|cut", "stones across the border of a periodic plane: whole, or cut"),
+    PV_REAL(pave_stones_params, thin_width, "half sides", 0, 4, "thin features are widened to this, if they are"),
+    PV_REAL(pave_stones_params, aspect, "", 0, 1000, "stones longer than so many widths are cut across; 0: none"),
 };
 
 const pv_table pv_stones_table = PV_TABLE("stones", default_params, stones_rows);
@@ -103,10 +105,32 @@ double pv_stones_margin_guess(int32_t width, int32_t height, int repeats, const 
     pave_cvd cvd = { .scale = 1, .place = { 0, 0, width, height }, .repeats = repeats, .params = *params };
     const int32_t *w = params->window;
     cvd.window = w[2] ? (pv_rect){ w[0], w[1], w[2], w[3] } : (pv_rect){ 0, 0, width, height };
-    if (params->stones)
-        cvd.params.half_side = sqrt((double)width * height / params->stones) / 2;
-    double h = cvd.params.half_side;
+    double h = cvd.params.half_side = pv_half_side(params, width, height);
     return stones->mode == PAVE_MODE_PAPER || h < 1 ? 0 : pv_best_reach(&cvd, 4 * h) / h + 8;
+}
+
+double pv_stones_thin_width(int32_t width, int32_t height, const pave_cvd_params *cvd,
+                            const pave_stones_params *params)
+{
+    double least = params->thin_width * pv_half_side(cvd, width, height);
+    return params->thin == PAVE_THIN_WIDEN ? fmin(least, 200) : 0;
+}
+
+pave_result pv_stones_widen(pave_context *context, const pave_cvd_params *cvd, const pave_stones_params *params,
+                            int repeats, pave_image **drawing)
+{
+    pave_image *wide = NULL;
+    pv_place plane = (*drawing)->place;
+    double least = pv_stones_thin_width(plane.width, plane.height, cvd, params);
+    if (!(least > 1))
+        return PAVE_OK;
+    int whole = pv_is_whole(&plane, (*drawing)->width, (*drawing)->height);
+    pave_result result = pave_image_widen(context, *drawing, least, repeats && whole, &wide);
+    if (result)
+        return result;
+    pave_image_free(drawing);
+    *drawing = wide;
+    return PAVE_OK;
 }
 
 double pv_stones_room(const pave_cvd *cvd)

@@ -99,6 +99,14 @@ double pv_stones_room(const pave_cvd *cvd);
 double pv_stones_margin_guess(int32_t width, int32_t height, int repeats, const pave_cvd_params *cvd,
                               const pave_stones_params *params);
 
+/* The drawing with its thin features widened, if that is asked for, in its place. */
+pave_result pv_stones_widen(pave_context *context, const pave_cvd_params *cvd, const pave_stones_params *params,
+                            int repeats, pave_image **drawing);
+
+/* How wide thin features are made, px; 0: they are not. */
+double pv_stones_thin_width(int32_t width, int32_t height, const pave_cvd_params *cvd,
+                            const pave_stones_params *params);
+
 /* best.c: how far around the window a diagram is looked at where no pixel is farther from its site than `radius`,
  * px. */
 double pv_best_reach(const pave_cvd *cvd, double radius);
