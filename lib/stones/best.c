@@ -284,20 +284,31 @@ static pave_result isolate(pave_context *context, const pave_cvd *cvd, const pv_
     return result;
 }
 
-pave_result pv_stones_best(pave_context *context, const pave_image *drawing, const pave_cvd *cvd, pave_stones *out)
+pave_result pv_best_tess(pave_context *context, const pave_image *drawing, const pave_cvd *cvd,
+                         const pave_stones_params *params, pv_tess *out)
 {
-    pv_tess tess = { 0 };
     int64_t h = half_side(cvd);
     pv_assign_params assign = { 2 * h * MATCH_CELLS, 75, 35 };
     pv_realise_params realise = { 2 * h * REALISE_CELLS, ROUNDS, (int32_t)h, (int32_t)(h / 4), (int32_t)(h * 5 / 16),
                                   (int32_t)(h / 8), NULL, NULL };
-    pave_result result = trace(context, drawing, cvd, &out->params, &tess);
+    pave_result result = trace(context, drawing, cvd, params, out);
     if (!result)
-        result = pv_tess_collapse(context, &tess, h / 2, 4, COLLAPSES);
+        result = pv_tess_collapse(context, out, h / 2, 4, COLLAPSES);
     if (!result)
-        result = pv_assign_flats(context, &assign, &tess, 0.3, 0.5);
+        result = pv_assign_flats(context, &assign, out, 0.3, 0.5);
     if (!result)
-        result = pv_realise_flats(context, &realise, &tess, 0.5, 0.8);
+        result = pv_realise_flats(context, &realise, out, 0.5, 0.8);
+#ifndef NDEBUG
+    if (!result)
+        result = pv_tess_check(context, out);
+#endif
+    return result;
+}
+
+pave_result pv_stones_best(pave_context *context, const pave_image *drawing, const pave_cvd *cvd, pave_stones *out)
+{
+    pv_tess tess = { 0 };
+    pave_result result = pv_best_tess(context, drawing, cvd, &out->params, &tess);
     if (!result)
         result = isolate(context, cvd, &tess, out);
     pv_tess_free(&tess);

@@ -74,3 +74,10 @@ pave_result pv_tess_compact(pave_context *context, pv_tess *tess);
 pave_result pv_tess_check(pave_context *context, const pv_tess *tess);
 
 void pv_tess_free(pv_tess *tess);
+
+/* best.c: the tessellation that the stones of a diagram are cut from. */
+struct pave_image;
+struct pave_cvd;
+struct pave_stones_params;
+pave_result pv_best_tess(pave_context *context, const struct pave_image *drawing, const struct pave_cvd *cvd,
+                         const struct pave_stones_params *params, pv_tess *out);
