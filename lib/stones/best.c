@@ -13,7 +13,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { MATCH_CELLS = 8, REALISE_CELLS = 6, ROUNDS = 12, COLLAPSES = 3 };
+enum { MATCH_CELLS = 8, REALISE_CELLS = 6, ROUNDS = 4, COLLAPSES = 3 };
 
 /* Lengths of the tessellation that follow from the size of stones. */
 static int64_t half_side(const pave_cvd *cvd)
@@ -216,7 +216,7 @@ pave_result pv_stones_best(pave_context *context, const pave_image *drawing, con
     int64_t h = half_side(cvd);
     pv_assign_params assign = { 2 * h * MATCH_CELLS, 75, 35 };
     pv_realise_params realise = { 2 * h * REALISE_CELLS, ROUNDS, (int32_t)h, (int32_t)(h / 4), (int32_t)(h * 5 / 16),
-                                  (int32_t)(h / 8), NULL, NULL };
+                                  (int32_t)(h / 8), (int32_t)(h / 40), NULL, NULL };
     pave_result result = trace(context, drawing, cvd, &out->params, &tess);
     if (!result)
         result = pv_tess_collapse(context, &tess, h / 2, 4, COLLAPSES);

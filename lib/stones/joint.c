@@ -56,7 +56,8 @@ static int offset_all(const pv_cell *ring, int32_t count, double way, pv_cell *o
             return 0;
     for (int32_t i = 0; i < count; i++) {
         pv_cell a = ring[i], b = ring[(i + 1) % count], p = out[i], q = out[(i + 1) % count];
-        if (((double)b.x - a.x) * ((double)q.x - p.x) + ((double)b.y - a.y) * ((double)q.y - p.y) <= 0 || are_near(p, q))
+        double along = ((double)b.x - a.x) * ((double)q.x - p.x) + ((double)b.y - a.y) * ((double)q.y - p.y);
+        if (along <= 0 || are_near(p, q))
             return 0;
     }
     if (!pv_ring_valid(out, count))
