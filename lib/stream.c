@@ -80,7 +80,7 @@ static pave_result divide(pv_stream *s, int64_t memory)
     double width = s->drawing.width, height = s->drawing.height;
     if (cvd.stones)
         cvd.half_side = sqrt(width * height / cvd.stones) / 2;
-    s->plan.margin = pv_margin_guess(&cvd) + (int32_t)(cvd.window_margin * cvd.half_side) + SPARE;
+    s->plan.margin = pv_margin_guess(&cvd, 0) + (int32_t)(cvd.window_margin * cvd.half_side) + SPARE;
     double held = s->drawing.bits ? (double)s->drawing.stride * height : 0, left = (double)memory - BASE - held;
     double side = floor(sqrt(fmax(left, 0) / BYTES_A_PIXEL)) - 2 * s->plan.margin;
     double around = s->plan.field.periodic ? 2 * whole_around(&cvd) : 0;

@@ -10,7 +10,7 @@ void main()
     int at = int(gl_GlobalInvocationID.x);
     if (at >= plane.count)
         return;
-    int c = plane.base + at, reach = plane.reach + int(2.0 * plane.grown * STRETCH);
+    int c = plane.base + at, reach = plane.reach + int(2.0 * float(grown()) * STRETCH);
     ivec2 first = 256 * corner(0), last = first + 2048 * ivec2(plane.columns, plane.rows);
     bool near = all(greaterThanEqual(chunk[c].high, first - reach)) && all(lessThanEqual(chunk[c].low, last + reach));
     chunk[c].vertices = 4;

@@ -91,7 +91,8 @@ void main()
     uint distance = uint(sqrt(float(most)));
     if (exact) {
         atomicAdd(far[min(distance >> 7, 255)], 1);
-        atomicMax(total_radius, uint(range(float(distance) + 8.0)));
+        if (watched(origin))
+            atomicMax(total_radius, uint(range(float(distance) + 8.0)));
     } else {
         queue[atomicAdd(queued, 1)] = uint(at);
     }

@@ -56,6 +56,21 @@ void decide(ivec2 origin, int head, int n, int most)
     }
 }
 
+// How far a pixel of the tile is from its site.
+void report(ivec2 origin, int n)
+{
+    int farthest = 0;
+    for (int q = 0; q < QUADS; q++)
+        for (int i = 0; i < 4; i++) {
+            ivec2 pixel = origin + first_of(q) + ivec2(i, 0);
+            farthest = max(farthest, pixel.x < plane.width && pixel.y < plane.height ? least[q][i] : 0);
+        }
+    for (int step = 1; step < LANES; step *= 2)
+        farthest = max(farthest, subgroupShuffleXor(farthest, uint(step)));
+    if (lane == 0 && n > 0 && watched(origin))
+        atomicMax(total_radius, uint(range(sqrt(float(farthest)) * 1.001 + 8.0)));
+}
+
 void collect(ivec2 origin, int head, int n, int most)
 {
     for (int chunk = 0; chunk < most; chunk += LANES) {
@@ -78,6 +93,7 @@ void main()
 
     decide(origin, head, n, most);
     if (plane.write == 0) {
+        report(origin, n);
         drop_outside(origin);
         collect(origin, head, n, most);
     } else if (n > 0) {

@@ -63,7 +63,6 @@ void main()
         search_box(square(p, ring), p);
     bound = farthest_corner(sorted_site(nearest), p) + TILE_RADIUS;
     bound += 16.0 + range(bound) / 4096.0;
-    atomicMax(total_radius, uint(range(bound - 1268.0)) + 1);
     search_box(box_within(p, range(bound)), p);
 
     found = lost ? plane.capacity + 1 : found;

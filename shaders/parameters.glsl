@@ -20,7 +20,8 @@ layout(push_constant, std430) uniform Plane {
     int patience;             // rounds that a search may take
     int block, columns, rows; // the tiles under way, a rectangle: the first, and their number in x and y
     int excess;               // relaxation - 1, 1/65536
-    int margin, grown;        // of the boxes drawn: what is proven, and what is drawn, 1/256 px
+    int margin;               // of the boxes drawn: what is proven, 1/256 px
+    uint unwatched;           // 4 bits: open borders, left, top, right, bottom; 28: nearer to them pixels do not count
 } plane;
 
 layout(constant_id = 3) const float STRETCH = 1.0;
@@ -32,6 +33,21 @@ struct Site {
     ivec4 place; // x, y, cosine, sine
     ivec4 shape; // half_x, half_y: extents or slopes; index
 };
+
+// The margin that is drawn; lib/backend/vulkan/raster.c says why.
+int grown()
+{
+    return plane.margin + 64 + (plane.reach >> 12);
+}
+
+// Does a tile count for the radius, the first pixel of which is p?
+bool watched(ivec2 p)
+{
+    int deep = int(plane.unwatched >> 4);
+    return (p.x + 8 > deep || (plane.unwatched & 1u) == 0) && (p.y + 8 > deep || (plane.unwatched & 2u) == 0) &&
+           (p.x < plane.width - deep || (plane.unwatched & 4u) == 0) &&
+           (p.y < plane.height - deep || (plane.unwatched & 8u) == 0);
+}
 
 // The first pixel of a tile of the block.
 ivec2 corner(int at)

@@ -15,7 +15,7 @@ layout(location = 1) flat out ivec3 shape; // half_x, half_y, index
 void main()
 {
     vec2 side = vec2(gl_VertexIndex & 1, gl_VertexIndex >> 1) * 2.0 - 1.0;
-    vec2 extent = METRIC == 0 ? vec2(site_half + plane.grown) : plane.grown * 65536.0 / vec2(site_half);
+    vec2 extent = METRIC == 0 ? vec2(site_half + grown()) : float(grown()) * 65536.0 / vec2(site_half);
     vec2 w = side * extent, turn = vec2(site_place.zw) / 65536.0;
     vec2 way = vec2(w.x * turn.x - w.y * turn.y, w.x * turn.y + w.y * turn.x);
     place = site_place - ivec4(256 * corner(0), 0, 0);

@@ -71,7 +71,7 @@ void main()
 
     bool inside = pixel.x < plane.width && pixel.y < plane.height;
     inside = inside && !lost;
-    if (inside)
+    if (inside && watched(origin))
         atomicMax(total_radius, uint(range(sqrt(float(least)) * 1.001 + 8.0)));
     bool counts = inside && !(MASKED && (mask[2 * (origin.y / 8 * plane.tiles_across + origin.x / 8) + me / 32] >>
                                          me % 32 & 1) != 0);

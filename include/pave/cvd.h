@@ -63,7 +63,8 @@ typedef struct pave_site {
  * A window has the labels and sites that the whole has there, bit for bit: more than the window is computed, as far as
  * iterations can carry something, and it is checked afterwards that it was enough.
  * Where the field is periodic so is the diagram: a whole number of lattice cells fits into the drawing, sites have
- * copies whole periods away, and a window may lie across the border: it begins inside the drawing and is no larger.
+ * copies whole periods away, and a window may lie across the border: it begins inside the drawing and is no larger. A
+ * drawing that repeats must have the area of a stone, 4h^2: PAVE_ERR_ARGUMENT.
  * Cost: about iterations * pixels * 4 ns on one AVX2 core; memory 6 bytes a pixel and 150 a site. */
 PAVE_API pave_result pave_cvd_create(pave_context *context, const pave_field *field, const pave_cvd_params *params,
                                      pave_cvd **out);

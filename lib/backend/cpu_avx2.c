@@ -157,14 +157,15 @@ ALWAYS int measure(int32_t metric, const pv_cpu *cpu, tile *t, const window *w, 
     return 1;
 }
 
-/* The bucket that something so far along lies in, or the next one: whether a window is large enough is checked. */
+/* The bucket that something so far along lies in. The product may come to one more. */
 static inline int32_t bucket_at(const pv_cpu *cpu, int32_t way, int32_t buckets)
 {
     int32_t b = way > 0 ? (int32_t)((uint32_t)way * cpu->per_bucket >> 32) : 0;
+    b -= b * cpu->bucket > max(way, 0);
     return b < buckets ? b : buckets - 1;
 }
 
-/* A window that holds all places up to `margin` from the quarters' centres. */
+/* A window that holds all places up to `margin` from the quarters' centres: search ends for that. */
 static inline window window_around(const pv_cpu *cpu, int32_t x, int32_t y, int32_t margin)
 {
     return (window){ bucket_at(cpu, x - margin, cpu->across), bucket_at(cpu, x + STEP + margin, cpu->across),

@@ -182,8 +182,10 @@ static void offer_wide(int32_t metric, const tile *t, int32_t k, uint64_t *least
     }
 }
 
-static void decide(int32_t metric, tile *t)
+/* Returns the greatest squared distance of a pixel from its site. */
+static uint64_t decide(int32_t metric, tile *t)
 {
+    uint64_t most = 0;
     uint32_t narrow[PIXELS];
     uint64_t wide[PIXELS];
     memset(narrow, 0xff, sizeof narrow);
@@ -195,6 +197,11 @@ static void decide(int32_t metric, tile *t)
         else
             offer_wide(metric, t, k, wide, t->owner);
     }
+    for (int32_t i = 0; i < PIXELS; i++) {
+        uint64_t d = t->narrow ? narrow[i] : wide[i];
+        most = d > most ? d : most;
+    }
+    return most;
 }
 
 static void collect(const pv_cpu *cpu, const tile *t, pv_sum *sums, int32_t *labels)
@@ -222,8 +229,11 @@ int32_t pv_label_tile_portable(const pv_cpu *cpu, int32_t x, int32_t y, pv_sum *
     t.cx = 256 * (x + PV_TILE / 2);
     t.cy = 256 * (y + PV_TILE / 2);
     int32_t radius = find_candidates(cpu, &t);
-    if (t.count <= CAPACITY)
-        decide(cpu->plane.metric, &t);
+    if (t.count <= CAPACITY) {
+        double most = sqrt((double)decide(cpu->plane.metric, &t));
+        int32_t far = pv_cpu_range(cpu, most + 1 + slack(cpu, most));
+        radius = far < radius ? far : radius;
+    }
     collect(cpu, &t, sums, labels);
     return radius;
 }

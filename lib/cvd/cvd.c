@@ -123,30 +123,47 @@ static int torus_pays(const pave_field *field, const pave_cvd *cvd, int32_t marg
                (cvd->window.width + 2.0 * margin) * (cvd->window.height + 2.0 * margin);
 }
 
+/* Where the plane repeats, there has to be a stone. */
+static pave_result check_period(pave_context *context, const pave_cvd *cvd)
+{
+    double side = 2 * cvd->params.half_side, scale = cvd->scale;
+    if (!cvd->repeats || side * side <= 1.001 * cvd->place.width * cvd->place.height)
+        return PAVE_OK;
+    return pv_fail(context, PAVE_ERR_ARGUMENT,
+                   "a stone of %g x %g px is more than a drawing that repeats every %g x %g px", side / scale,
+                   side / scale, cvd->place.width / scale, cvd->place.height / scale);
+}
+
 /* A region that holds the window and all that can tell on it; a larger one if it turns out to be too small. Without
  * labels, and with *needed, if there is not enough of the field. */
 static pave_result make(pave_context *context, const pave_field *field, int32_t *needed, pave_cvd *cvd)
 {
     pv_rect bounds = bounds_of(field);
     int32_t wanted = (int32_t)ceil(fmin(cvd->params.window_margin * cvd->params.half_side, 1 << 20));
-    int32_t margin = wanted + pv_margin_guess(&cvd->params);
+    int32_t margin = wanted + pv_margin_guess(&cvd->params, 0);
     cvd->place = (pv_place){ 0, 0, plane_width(field), plane_height(field) };
     cvd->repeats = field->params.periodic;
+    pave_result fits = check_period(context, cvd);
+    if (fits)
+        return fits;
     if (field->wraps && torus_pays(field, cvd, margin)) {
         pave_result result = pv_torus_make(context, field, wanted, cvd);
         return result ? result : copy_window(context, cvd);
     }
     for (;;) {
         pv_rect region = pv_rect_grown(cvd->window, margin, bounds);
+        cvd->reserve = margin;
         pave_result result = pv_region_make(context, field, region, 0, cvd);
         if (result)
             return result;
-        int32_t room = pv_rect_room(cvd->window, region, cvd), least = wanted + (cvd->exact >> 8) + 1;
-        if (cvd->site_count && room >= least)
+        pv_rect left = pv_region_rect(cvd);
+        int32_t lacking = wanted + (cvd->exact >> 8) + 1 - pv_rect_room(cvd->window, left, cvd);
+        if (cvd->site_count && lacking <= 0)
             return copy_window(context, cvd);
         pv_region_drop(cvd);
-        margin = (least > margin ? least : margin) + margin / 4 + 1;
-        if (region.width == bounds.width && region.height == bounds.height) {
+        margin += (lacking > 0 ? lacking : 0) + margin / 4 + 1;
+        if (region.width == bounds.width && region.height == bounds.height &&
+            pv_region_open(cvd, region) == pv_region_open(cvd, left)) {
             *needed = margin;
             return PAVE_OK;
         }

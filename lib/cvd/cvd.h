@@ -22,7 +22,8 @@ struct pave_cvd {
     int32_t scale;
     pv_place place; /* of the region that was computed: the window and what is needed around it */
     pv_rect window;
-    int32_t width, height; /* of the region */
+    int32_t width, height; /* of the region, which may shrink while sites move */
+    int32_t reserve;       /* how far around the window the region may reach, px */
     int32_t repeats;       /* the plane does, and the region may lie anywhere */
     int32_t site_count;
     int32_t *labels;        /* of the region, as places in sites */
@@ -46,9 +47,6 @@ struct pave_cvd {
 pave_result pv_cvd_create(pave_context *context, const pave_field *field, const pave_cvd_params *given,
                           int32_t *needed, pave_cvd **out);
 
-/* Moves the plane's sites as often as the diagram's parameters say and labels its pixels, on the context's backend. */
-pave_result pv_cvd_run(pave_context *context, const pv_plane *plane, pave_cvd *cvd);
-
 /* First sites of a region, in its own coordinates. The arrays are the caller's to release, also on failure. */
 typedef struct pv_seeds {
     pave_site *sites;
@@ -67,8 +65,11 @@ void pv_seeds_free(pv_seeds *seeds);
  * may not be what they are in the whole plane, 1/256 px: before the first step 0, after each as follows. */
 int32_t pv_margin_after(const pv_plane *plane, int32_t margin, int32_t radius);
 
-/* A first guess of the margin that all iterations will need, px. */
-int32_t pv_margin_guess(const pave_cvd_params *params);
+/* The greatest distance that a site of the plane may have to the corner of its box, 1/256 px. */
+int32_t pv_most_reach(const pave_cvd_params *params);
+
+/* A first guess of the margin that iterations from `step` on will need, px. */
+int32_t pv_margin_guess(const pave_cvd_params *params, int32_t step);
 
 /* The window grown by `margin` px, cut to what lies within `bounds`. */
 pv_rect pv_rect_grown(pv_rect window, int32_t margin, pv_rect bounds);
@@ -81,6 +82,10 @@ int32_t pv_rect_room(pv_rect window, pv_rect region, const pave_cvd *plane);
  * it. */
 pave_result pv_region_make(pave_context *context, const pave_field *field, pv_rect region, int copies, pave_cvd *cvd);
 void pv_region_drop(pave_cvd *cvd);
+pv_rect pv_region_rect(const pave_cvd *cvd); /* the region */
+
+/* A region's borders that are not borders of the plane: PV_LEFT and so on. */
+int32_t pv_region_open(const pave_cvd *cvd, pv_rect region);
 
 /* Describes the region's plane; without edges. */
 void pv_region_plane(const pave_cvd *cvd, pv_plane *plane);
@@ -90,6 +95,10 @@ int32_t pv_region_radius(const pave_cvd *cvd, pv_rect part);
 
 /* Which sites belong to the window. */
 void pv_region_share(const pv_home *homes, pave_cvd *cvd);
+
+/* iterate.c: has an engine move the region's sites and label its pixels; leaves less of the region, with less of
+ * `seeds` and `edge`, if what iterations have taken from it need not be computed. Without seeds all of it stays. */
+pave_result pv_iterate(pave_context *context, pv_plane *plane, pv_seeds *seeds, uint16_t *edge, pave_cvd *cvd);
 
 /* torus.c: how much of the plane around one period it takes to compute the whole of a plane that repeats, px; and the
  * diagram of the window and `wanted` px around it from that. */

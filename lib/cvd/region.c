@@ -9,8 +9,6 @@
 #include <math.h>
 #include <string.h>
 
-enum { FIELD_ROUNDING = 512 };
-
 static int32_t fixed(double v)
 {
     return (int32_t)floor(256 * v + 0.5);
@@ -85,58 +83,17 @@ void pv_region_plane(const pave_cvd *cvd, pv_plane *plane)
     plane->seed = params->seed;
 }
 
-static pave_result relax(pave_context *context, const pv_backend *backend, void *engine, const pv_plane *plane,
-                         pave_cvd *cvd)
+pv_rect pv_region_rect(const pave_cvd *cvd)
 {
-    int32_t steps = cvd->params.iterations;
-    double share = 1.0 / (steps + 1);
-    pave_result result = PAVE_OK;
-    for (int32_t i = 0; i < steps && !result; i++) {
-        int32_t wrong = plane->copies ? cvd->stray + plane->cell + plane->cell / 2 : cvd->exact;
-        pv_step step = { .deep = wrong >> 8 };
-        result = backend->step(context, engine, i, i * share, (i + 1) * share, &step);
-        cvd->exact = pv_margin_after(plane, cvd->exact, step.radius);
-        cvd->far = step.radius > cvd->far ? step.radius : cvd->far;
-        cvd->stray = step.stray > cvd->stray ? step.stray : cvd->stray;
-        cvd->movement = (double)step.way / (plane->copies ? pv_torus_sites(cvd) : plane->sites) / 256;
-        cvd->steps = i + 1;
-        if (cvd->movement <= cvd->params.until_still && cvd->params.until_still > 0)
-            break;
-    }
-    if (!result)
-        result = backend->labels(context, engine, steps * share, 1, cvd->labels);
-    if (!result)
-        result = backend->sites(context, engine, cvd->sites);
-    return result;
+    return (pv_rect){ cvd->place.x, cvd->place.y, cvd->width, cvd->height };
 }
 
-static pave_result run_on(pave_context *context, const pv_backend *backend, const pv_plane *plane, pave_cvd *cvd)
+int32_t pv_region_open(const pave_cvd *cvd, pv_rect r)
 {
-    void *engine = NULL;
-    cvd->movement = cvd->steps = 0;
-    cvd->far = cvd->stray = 0;
-    cvd->exact = plane->push_within + FIELD_ROUNDING; /* what lies beyond the field cannot be nearer than that */
-    pave_result result = backend->open(context, plane, &engine, cvd->backend_name);
-    if (!result)
-        result = relax(context, backend, engine, plane, cvd);
-    if (engine)
-        backend->close(engine);
-    cvd->backend = backend->id;
-    return result;
-}
-
-/* A device that fails is no reason to fail, unless the caller named it: the CPU gives the same bytes. */
-pave_result pv_cvd_run(pave_context *context, const pv_plane *plane, pave_cvd *cvd)
-{
-    const pv_backend *backend = pv_backend_choose(context, plane, cvd->params.iterations);
-    if (!backend)
-        return pv_fail(context, PAVE_ERR_UNSUPPORTED, "this build of libpave has no such backend");
-    pave_result result = run_on(context, backend, plane, cvd);
-    if ((result == PAVE_ERR_DEVICE || result == PAVE_ERR_UNSUPPORTED) && context->backend == PAVE_BACKEND_AUTO) {
-        pv_note(context, PAVE_MESSAGE_WARNING, "going on with the CPU: %s", context->text);
-        result = run_on(context, &pv_cpu_backend, plane, cvd);
-    }
-    return result;
+    const pv_place *p = &cvd->place;
+    return (r.x > 0 || cvd->repeats ? PV_LEFT : 0) | (r.y > 0 || cvd->repeats ? PV_TOP : 0) |
+           (r.x + r.width < p->width || cvd->repeats ? PV_RIGHT : 0) |
+           (r.y + r.height < p->height || cvd->repeats ? PV_BOTTOM : 0);
 }
 
 int32_t pv_region_radius(const pave_cvd *cvd, pv_rect part)
@@ -200,7 +157,7 @@ static pave_result link_copies(pave_context *context, const pave_cvd *cvd, pv_se
     return result;
 }
 
-static pave_result allocate(pave_context *context, pv_seeds *seeds, pave_cvd *cvd)
+static pave_result take_seeds(pave_context *context, pv_seeds *seeds, pave_cvd *cvd)
 {
     pave_result result = PAVE_OK;
     size_t n = (size_t)seeds->count;
@@ -212,31 +169,21 @@ static pave_result allocate(pave_context *context, pv_seeds *seeds, pave_cvd *cv
     cvd->mine = pv_allocate(context, n, sizeof *cvd->mine, &result);
     if (!result)
         cvd->sites = pv_allocate(context, n, sizeof *cvd->sites, &result);
-    if (!result)
-        cvd->labels = pv_allocate(context, (size_t)cvd->width * (size_t)cvd->height, sizeof *cvd->labels, &result);
     return result;
 }
 
 /* From which depth on labels are exact. */
 static void measure(const pv_plane *plane, pave_cvd *cvd)
 {
-    int32_t deep = plane->copies ? 0 : cvd->exact >> 8;
+    int32_t least = plane->copies ? 0 : plane->cell, deep = plane->copies ? 0 : (cvd->exact + least) >> 8;
     int32_t left = plane->open & PV_LEFT ? deep : 0, top = plane->open & PV_TOP ? deep : 0;
     int32_t right = plane->open & PV_RIGHT ? deep : 0, bottom = plane->open & PV_BOTTOM ? deep : 0;
     cvd->radius = pv_region_radius(cvd, (pv_rect){ cvd->place.x + left, cvd->place.y + top, cvd->width - left - right,
                                                    cvd->height - top - bottom });
-    int32_t far = cvd->radius + pv_plane_reach(plane);
+    cvd->radius = cvd->radius > least ? cvd->radius : least;
+    int32_t far = cvd->radius + pv_most_reach(&cvd->params);
     cvd->exact += far;
     cvd->far = far > cvd->far ? far : cvd->far;
-}
-
-/* Borders of the region that are not borders of the plane. */
-static int32_t open_borders(pv_rect r, const pave_cvd *cvd)
-{
-    const pv_place *p = &cvd->place;
-    return (r.x > 0 || cvd->repeats ? PV_LEFT : 0) | (r.y > 0 || cvd->repeats ? PV_TOP : 0) |
-           (r.x + r.width < p->width || cvd->repeats ? PV_RIGHT : 0) |
-           (r.y + r.height < p->height || cvd->repeats ? PV_BOTTOM : 0);
 }
 
 pave_result pv_region_make(pave_context *context, const pave_field *field, pv_rect region, int copies, pave_cvd *cvd)
@@ -254,7 +201,7 @@ pave_result pv_region_make(pave_context *context, const pave_field *field, pv_re
     if (!result)
         result = pv_seeds_draw(context, &cvd->params, &plane, &cvd->place, &seeds);
     if (!result)
-        result = allocate(context, &seeds, cvd);
+        result = take_seeds(context, &seeds, cvd);
     if (!result)
         pv_region_share(seeds.homes, cvd);
     if (!result && copies)
@@ -263,12 +210,12 @@ pave_result pv_region_make(pave_context *context, const pave_field *field, pv_re
     plane.home = seeds.homes;
     plane.sites = seeds.count;
     plane.copies = copies;
-    plane.open = open_borders(region, cvd);
+    plane.open = pv_region_open(cvd, region);
     if (!result && seeds.count)
-        result = pv_cvd_run(context, &plane, cvd);
+        result = pv_iterate(context, &plane, &seeds, edge, cvd);
     if (!result && seeds.count) {
         place_sites(&plane, cvd);
-        if (pv_rect_room(cvd->window, region, cvd) < INT32_MAX)
+        if (pv_rect_room(cvd->window, pv_region_rect(cvd), cvd) < INT32_MAX)
             measure(&plane, cvd);
     }
     pv_release(edge);

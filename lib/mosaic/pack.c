@@ -68,7 +68,7 @@ static pave_result phase(pave_context *context, packing *p, int32_t iterations, 
     p->plane.excess = (int32_t)floor((p->w->params->relaxation - 1) * 65536 + 0.5);
     cvd->params.iterations = iterations;
     pv_call call = pv_call_begin(context, "mosaic", from, to);
-    pave_result result = pv_cvd_run(context, &p->plane, cvd);
+    pave_result result = pv_iterate(context, &p->plane, NULL, NULL, cvd);
     pv_call_end(context, call);
     if (!result)
         memcpy(p->sites, cvd->sites, (size_t)p->plane.sites * sizeof *p->sites);

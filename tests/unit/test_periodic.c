@@ -73,14 +73,14 @@ static void windows_show_the_same_everywhere(void **state)
 static void small_planes_tile_with_themselves(void **state)
 {
     pave_context *context = *state;
-    static const int32_t sides[] = { 1, 2, 7, 8, 9, 31, 64 };
+    static const int32_t sides[] = { 3, 5, 8, 9, 13, 31, 64 };
     for (int i = 0; i < 49; i++) {
         pave_image *drawing = draw_shapes(context, sides[i % 7], sides[i / 7]);
         pave_field *field = periodic_field(context, drawing);
         pave_cvd_params params = PAVE_CVD_PARAMS_INIT;
         params.iterations = 6;
         params.window_margin = 8;
-        params.half_side = i % 2 ? 4 : 1.5;
+        params.half_side = i % 2 && sides[i % 7] >= 8 && sides[i / 7] >= 8 ? 4 : 1.5;
         pave_cvd *whole = diagram(context, field, &params);
         params.window[0] = sides[i % 7] / 2;
         params.window[1] = sides[i / 7] / 3;
@@ -93,6 +93,45 @@ static void small_planes_tile_with_themselves(void **state)
         pave_field_free(&field);
         pave_image_free(&drawing);
     }
+}
+
+static void stones_must_fit(void **state)
+{
+    pave_context *context = *state;
+    pave_image *drawing = draw_shapes(context, 40, 30);
+    pave_field *field = periodic_field(context, drawing);
+    pave_cvd_params params = PAVE_CVD_PARAMS_INIT;
+    pave_cvd *cvd = NULL;
+    params.supersample = 2;
+    params.half_side = 17.3;
+    assert_ok(pave_cvd_create(context, field, &params, &cvd));
+    pave_cvd_free(&cvd);
+    params.half_side = 17.4;
+    assert_int_equal(pave_cvd_create(context, field, &params, &cvd), PAVE_ERR_ARGUMENT);
+    assert_string_equal(pave_context_message(context),
+                        "a stone of 34.8 x 34.8 px is more than a drawing that repeats every 40 x 30 px");
+    pave_field_free(&field);
+    pave_image_free(&drawing);
+}
+
+/* Buckets far from the corner and wider than what their number times that leaves of 32 bits. */
+static void large_stones_find_their_sites(void **state)
+{
+    pave_context *context = *state;
+    pave_image *drawing = draw_shapes(context, 256, 192);
+    pave_field *field = periodic_field(context, drawing);
+    pave_cvd_params params = PAVE_CVD_PARAMS_INIT;
+    params.half_side = 40;
+    params.iterations = 1;
+    pave_cvd *cvd = diagram(context, field, &params);
+    pave_context *slow = make_context(2, PAVE_BACKEND_CPU_PORTABLE);
+    pave_cvd *expected = diagram(slow, field, &params);
+    assert_memory_equal(pave_cvd_labels(cvd), pave_cvd_labels(expected), 256 * 192 * sizeof(int32_t));
+    pave_cvd_free(&expected);
+    pave_cvd_free(&cvd);
+    pave_context_free(&slow);
+    pave_field_free(&field);
+    pave_image_free(&drawing);
 }
 
 static void all_backends_agree(void **state)
@@ -154,6 +193,8 @@ int main(void)
         cmocka_unit_test(the_number_of_sites_is_that_of_the_cells_that_fit),
         cmocka_unit_test(windows_show_the_same_everywhere),
         cmocka_unit_test(small_planes_tile_with_themselves),
+        cmocka_unit_test(stones_must_fit),
+        cmocka_unit_test(large_stones_find_their_sites),
         cmocka_unit_test(all_backends_agree),
     };
     return cmocka_run_group_tests(tests, open_context, close_context);

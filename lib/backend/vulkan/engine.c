@@ -181,6 +181,7 @@ pave_result pv_vk_engine_step(pave_context *context, void *engine, int32_t itera
     pv_vk_pass p = { .context = context, .e = e, .from = from, .to = to, .budget = &e->site_budget };
     p.total = label_cost(e) + (double)e->plane.sites * SITE_COST;
     e->plane.iteration = iteration;
+    e->plane.unwatched = (uint32_t)out->deep << 4 | (uint32_t)e->open;
     pave_result result = sort_sites(&p);
     if (!result)
         result = label_all(&p, NULL);
@@ -310,6 +311,7 @@ pave_result pv_vk_engine_open(pave_context *context, pv_vk_engine *e, const pv_p
                        (int)plane->width, (int)plane->height);
     e->plane = describe(plane, capacity);
     e->copies = plane->copies;
+    e->open = plane->open;
     e->kind = (pv_vk_kind){ plane->metric, plane->mask != NULL, (float)pv_plane_stretch(plane) };
     e->tiles = e->plane.tiles_across * (int32_t)pv_ceil_div(plane->height, TILE);
     e->site_budget = e->label_budget = FIRST_BUDGET;

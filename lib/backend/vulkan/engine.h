@@ -22,8 +22,11 @@ typedef struct pv_vk_parameters {
     int32_t edge_shift, push_within, push_to, noise_wave, noise_swing;
     uint32_t noise_key, seed_low, seed_high;
     int32_t iteration, base, count, write, patience;
-    int32_t block, columns, rows, excess, margin, grown;
+    int32_t block, columns, rows, excess, margin;
+    uint32_t unwatched;
 } pv_vk_parameters;
+
+_Static_assert(sizeof(pv_vk_parameters) <= 128, "what every device has room for");
 
 typedef struct pv_vk_totals {
     uint32_t sorted, empty, moved, lost, radius, stray;
@@ -50,7 +53,7 @@ typedef struct pv_vk_engine {
     pv_vk_parameters plane;
     pv_vk_label *label;
     pv_vk_kind kind;
-    int32_t tiles, copies;
+    int32_t tiles, copies, open;
     double site_budget, label_budget; /* cost of a submit, in pixels labelled: what is done in about 10 ms */
     int32_t *labels; /* of a band */
 } pv_vk_engine;

@@ -34,16 +34,20 @@ static int32_t less(int32_t a, int32_t b)
 
 /* The metric rounds by up to PV_METRIC_SLACK and 2^-14 of the way, rasterisers move a corner by up to 1/16 px in x and
  * in y, floats are exact to 2^-22 of a box or a block: in all less than GUARD and 2^-12 of the box. */
+static int32_t grown(const pv_vk_parameters *plane)
+{
+    return plane->margin + GUARD + (plane->reach >> 12);
+}
+
 static void set_margin(pv_vk_parameters *plane, int32_t margin)
 {
     plane->margin = less(margin, MOST_MARGIN);
-    plane->grown = plane->margin + GUARD + (plane->reach >> 12);
 }
 
 /* Is every pixel of a box drawn within 127 px of its site? Its corner is farthest. */
 static int narrow(const pv_vk_engine *e)
 {
-    return e->plane.reach + 1.5 * e->plane.grown * (double)e->kind.stretch + 256 < PV_METRIC_NARROW;
+    return e->plane.reach + 1.5 * grown(&e->plane) * (double)e->kind.stretch + 256 < PV_METRIC_NARROW;
 }
 
 static void draw_chunk(raster *r, int32_t chunk)
