@@ -237,7 +237,7 @@ static int32_t cut_tile(const cutting *c, int32_t face, pv_cell *out)
     }
     for (int32_t i = 0; i < count; i++)
         corner[i] = (uint8_t)pv_is_corner(tess, tess->first[face] + i);
-    pv_stone_cell cell = { count, ring, corner };
+    pv_stone_cell cell = { count, ring, corner, 0 };
     int32_t kept = pv_stone_inscribe(&cell, 0.055, out);
     if (!pv_ring_contains(ring, count, out, kept)) { /* slivers are beyond its arithmetic */
         memcpy(out, ring, (size_t)count * sizeof *ring);
