@@ -94,6 +94,9 @@ void phase(double from, double to);
 /* pave_image_read, during which Ctrl-C does not wait: loading the module that reads PNG can take 0.3 s. */
 pave_result read_image(pave_context *context, const char *path, pave_image **out);
 
+/* Writes stones to every -o and, if asked to, the report to stdout: the last tenth of a verb. Returns its exit code. */
+int write_stones(const cli_command *command, pave_context *context, const pave_stones *stones);
+
 /* Verbs */
 int lay_main(int argc, char **argv);
 int field_main(int argc, char **argv);

@@ -3,18 +3,6 @@
 
 #include <stdlib.h>
 
-static int write_outputs(const cli_command *command, pave_context *context, const pave_stones *stones)
-{
-    pave_result result = PAVE_OK;
-    for (int i = 0; i < command->output_count && !result; i++) {
-        phase(0.9 + 0.1 * i / command->output_count, 0.9 + 0.1 * (i + 1) / command->output_count);
-        result = pave_stones_write(context, stones, command->output[i], NULL);
-    }
-    if (!result && command->wants_json)
-        result = pave_stones_write(context, stones, "-", "json");
-    return exit_code(result, WHILE_WRITING);
-}
-
 /* One window of a plan: all that it follows from stands there. */
 static int run_shard(const cli_command *command, pave_context *context)
 {
@@ -64,7 +52,7 @@ static int run(const cli_command *command, pave_context *context, const pave_lay
     pave_image_free(&drawing);
     if (result)
         return exit_code(result, WHILE_WORKING);
-    int status = write_outputs(command, context, stones);
+    int status = write_stones(command, context, stones);
     pave_stones_free(&stones);
     return status;
 }

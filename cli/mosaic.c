@@ -77,18 +77,6 @@ static void free_extras(extras *x)
     pave_curves_free(&x->curves);
 }
 
-static int write_outputs(const cli_command *command, pave_context *context, const pave_stones *stones)
-{
-    pave_result result = PAVE_OK;
-    for (int i = 0; i < command->output_count && !result; i++) {
-        phase(0.9 + 0.1 * i / command->output_count, 0.9 + 0.1 * (i + 1) / command->output_count);
-        result = pave_stones_write(context, stones, command->output[i], NULL);
-    }
-    if (!result && command->wants_json)
-        result = pave_stones_write(context, stones, "-", "json");
-    return exit_code(result, WHILE_WRITING);
-}
-
 static int run(const cli_command *command, pave_context *context, extras *x, const pave_mosaic_params *params)
 {
     pave_mosaic_sources sources = PAVE_MOSAIC_SOURCES_INIT;
@@ -109,7 +97,7 @@ static int run(const cli_command *command, pave_context *context, extras *x, con
     pave_result result = pave_mosaic_create(context, &sources, NULL, params, &stones);
     if (result)
         return exit_code(result, WHILE_WORKING);
-    status = write_outputs(command, context, stones);
+    status = write_stones(command, context, stones);
     pave_stones_free(&stones);
     return status;
 }

@@ -223,41 +223,13 @@ static pave_result write_outputs(const solid_work *w)
     return result;
 }
 
-static void print_number(const char *name, double value, const char *end)
+static int write_measure(const solid_work *w)
 {
-    if (isfinite(value))
-        printf("  \"%s\": %.6g%s\n", name, value, end);
-    else
-        printf("  \"%s\": null%s\n", name, end);
-}
-
-static pave_result print_report(const solid_work *w)
-{
-    pave_solid_measure m = { .size = sizeof m };
-    pave_result result = pave_solid_measure_against(w->context, w->sample[0], w->volume, &m);
+    pave_solid_measure measure = { .size = sizeof measure };
+    pave_result result = pave_solid_measure_against(w->context, w->sample[0], w->volume, &measure);
     if (result)
-        return result;
-    printf("{\n  \"pave\": \"%s\",\n  \"shape\": \"%s\",\n", pave_version(), pave_volume_shape(w->volume));
-    printf("  \"width\": %d,\n  \"height\": %d,\n  \"depth\": %d,\n", (int)pave_volume_width(w->volume),
-           (int)pave_volume_height(w->volume), (int)pave_volume_depth(w->volume));
-    printf("  \"voxels\": %lld,\n  \"measured_voxels\": %lld,\n", (long long)m.voxels, (long long)m.measured_voxels);
-    print_number("spacing", pave_volume_spacing(w->volume), ",");
-    print_number("emd", m.emd, ",");
-    print_number("phase", m.phase, ",");
-    print_number("s2_rmse", m.s2_rmse, ",");
-    print_number("cov_error", m.cov_error, ",");
-    print_number("isotropy", m.isotropy, ",");
-    print_number("correlation_x", m.correlation[0], ",");
-    print_number("correlation_y", m.correlation[1], ",");
-    print_number("correlation_z", m.correlation[2], ",");
-    print_number("correlation_reference", m.correlation_reference, ",");
-    print_number("sharpness", m.sharpness, ",");
-    print_number("speckle", m.speckle, ",");
-    print_number("slice_distance", m.slice_distance, ",");
-    print_number("walls", m.walls, ",");
-    print_number("measured", m.measured, "");
-    puts("}");
-    return PAVE_OK;
+        return exit_code(result, WHILE_WORKING);
+    return exit_code(pave_solid_measure_write(w->context, w->volume, &measure, "-"), WHILE_WRITING);
 }
 
 static int run(solid_work *w)
@@ -274,7 +246,7 @@ static int run(solid_work *w)
     if (!status)
         status = exit_code(write_outputs(w), WHILE_WRITING);
     if (!status && w->command->wants_json)
-        status = exit_code(print_report(w), WHILE_WORKING);
+        status = write_measure(w);
     return status;
 }
 

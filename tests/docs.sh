@@ -6,7 +6,7 @@ work=$(mktemp -d "${TMPDIR:-/tmp}/pave docs.XXXXXX")
 trap 'rm -rf "$work"' EXIT
 cp "$root/examples/drawings/copacabana.png" "$work/drawing.png"
 cp "$root/examples/drawings/copacabana.png" "$work/photo.png"
-"$build/bin/pave" lay "$work/drawing.png" -o "$work/stone.png" --half-side 9 --window 0,0,160,160 --quiet
+"$build/bin/pave" lay "$work/drawing.png" -o "$work/stone.png" --half-side 9 --window 0,0,128,128 --quiet
 cp "$root/examples/lay.c" "$work/lay.c"
 cp -r "$root/examples" "$work/examples"
 cmake --install "$build" --prefix "$work/prefix" >/dev/null

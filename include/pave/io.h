@@ -81,6 +81,10 @@ PAVE_API pave_result pave_volume_read(pave_context *context, const char *path, p
 /* The format that pave_volume_write would choose for a path; NULL if there is none. Never fails. Any thread. */
 PAVE_API const char *pave_volume_format(const char *path);
 
+/* Writes the measures of a stone, as JSON; those that are not known are null. The path "-" is standard output. */
+PAVE_API pave_result pave_solid_measure_write(pave_context *context, const pave_volume *volume,
+                                              const pave_solid_measure *measure, const char *path);
+
 /* What whole-number pictures of a BTF hold: display values by the curve of sRGB, or by a power of 2.2. */
 enum { PAVE_BTF_GAMMA_SRGB = 0, PAVE_BTF_GAMMA_22 = 1 };
 

@@ -19,13 +19,13 @@ def declarations():
 
 
 class Library:
-    def __init__(self, path, threads):
+    def __init__(self, path, threads, backend=0):
         self.ffi = cffi.FFI()
         self.ffi.cdef(declarations())
         self.c = self.ffi.dlopen(str(path))
         params = self.ffi.new("pave_context_params *")
         self.c.pave_context_params_init(params, self.ffi.sizeof(params[0]))
-        params.threads = threads
+        params.threads, params.backend = threads, backend
         self.context = self.make(self.c.pave_context_create, "pave_context", params)
 
     def make(self, create, kind, *arguments):
@@ -55,3 +55,16 @@ class Library:
     def distances(self, field, shape):
         data = self.ffi.buffer(self.c.pave_field_distance(field), 4 * shape[0] * shape[1])
         return numpy.frombuffer(data, numpy.float32).reshape(shape).copy()
+
+    def diagram(self, field, iterations):
+        params = self.ffi.new("pave_cvd_params *")
+        self.c.pave_cvd_params_init(params, self.ffi.sizeof(params[0]))
+        params.iterations = iterations
+        return self.make(self.c.pave_cvd_create, "pave_cvd", self.context, field, params)
+
+    def labels(self, cvd):
+        """Of every pixel, and after them every site, as bytes."""
+        pixels = self.c.pave_cvd_width(cvd) * self.c.pave_cvd_height(cvd)
+        sites = self.c.pave_cvd_site_count(cvd) * self.ffi.sizeof("pave_site")
+        return (bytes(self.ffi.buffer(self.c.pave_cvd_labels(cvd), 4 * pixels)) +
+                bytes(self.ffi.buffer(self.c.pave_cvd_sites(cvd), sites)))

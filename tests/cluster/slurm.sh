@@ -1,8 +1,7 @@
 #!/bin/sh
 # examples/cluster/slurm.sh for real, on one machine: munged, slurmctld and slurmd started here, on loopback, in a folder
 # of their own; a third of the shards is cancelled while it runs, and the same command submitted again; the merge gives
-# the bytes of the whole. Then examples/cluster/parallel.sh. Needs Debian's slurmctld, slurmd, slurm-client, munge and
-# parallel, which tests/run.sh does not install.
+# the bytes of the whole. Then examples/cluster/parallel.sh.
 set -eu
 root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
 export PATH="$build/bin:/usr/sbin:$PATH"
@@ -86,7 +85,7 @@ status=1 failing=
 cp "$root/examples/drawings/copacabana.png" drawing.png
 options="--half-side 2 --iterations 3"
 pave lay drawing.png $options --quiet -o whole.svg
-submit() { sh "$root/examples/cluster/slurm.sh" "$work/drawing.png" "$work/laid.svg" $options --memory 168M; }
+submit() { sh "$root/examples/cluster/slurm.sh" "$work/drawing.png" "$work/laid.svg" $options --memory 170M; }
 idle() { [ -z "$(squeue -h)" ]; }
 
 submit
@@ -109,6 +108,6 @@ wait_for 300 idle
 cmp whole.svg laid.svg
 echo "submitted again: the bytes of the whole"
 
-sh "$root/examples/cluster/parallel.sh" "$work/drawing.png" "$work/parallel.svg" $options --memory 168M
+sh "$root/examples/cluster/parallel.sh" "$work/drawing.png" "$work/parallel.svg" $options --memory 170M
 cmp whole.svg parallel.svg
 echo "GNU parallel: the bytes of the whole"

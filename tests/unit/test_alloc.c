@@ -1,25 +1,6 @@
 /* Allocation failures: every allocation of the whole job fails once; the call must fail cleanly, leak nothing, leave
  * the context usable, and give the same stones the next time. */
-#include "test.h"
-
-typedef struct failing {
-    int64_t calls, fail_at, blocks;
-} failing;
-
-static void *failing_alloc(void *user, size_t size)
-{
-    failing *f = user;
-    if (++f->calls == f->fail_at)
-        return NULL;
-    f->blocks++;
-    return malloc(size);
-}
-
-static void failing_free(void *user, void *memory)
-{
-    ((failing *)user)->blocks--;
-    free(memory);
-}
+#include "failing.h"
 
 static uint64_t lay_once(pave_context *context, int32_t metric, pave_result *result)
 {
@@ -60,14 +41,10 @@ static void every_allocation_may_fail(void **state)
 {
     (void)state;
     for (int32_t metric = 0; metric < 2; metric++) {
-        failing f = { 0, 0, 0 };
-        pave_context_params params = PAVE_CONTEXT_PARAMS_INIT;
+        failing f = { 0 };
+        pave_context_params params = failing_params(&f);
         pave_context *context;
         pave_result result;
-        params.alloc = failing_alloc;
-        params.free = failing_free;
-        params.alloc_user = &f;
-        params.threads = 1;
         params.backend = PAVE_BACKEND_CPU;
         assert_ok(pave_context_create(&params, &context));
         int64_t idle = f.blocks, before = f.calls;
@@ -93,12 +70,10 @@ static void contexts_may_fail_too(void **state)
 {
     (void)state;
     for (int64_t k = 1; k <= 2; k++) {
-        failing f = { 0, k, 0 };
-        pave_context_params params = PAVE_CONTEXT_PARAMS_INIT;
+        failing f = { .fail_at = k };
+        pave_context_params params = failing_params(&f);
         pave_context *context = (pave_context *)1;
-        params.alloc = failing_alloc;
-        params.free = failing_free;
-        params.alloc_user = &f;
+        params.threads = 0;
         assert_int_equal(pave_context_create(&params, &context), PAVE_ERR_MEMORY);
         assert_null(context);
         assert_int_equal(f.blocks, 0);

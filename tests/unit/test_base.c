@@ -1,5 +1,5 @@
 /* base: contexts, params, memory, progress, threads. */
-#include "test.h"
+#include "failing.h"
 
 #include "base/params.h"
 #include "base/parallel.h"
@@ -135,30 +135,11 @@ static void initialisers_and_init_functions_agree(void **state)
     assert_true(c.grout == d.grout && c.passes == d.passes && c.size == d.size);
 }
 
-typedef struct ledger {
-    int64_t blocks;
-} ledger;
-
-static void *ledger_alloc(void *user, size_t size)
-{
-    ((ledger *)user)->blocks++;
-    return malloc(size);
-}
-
-static void ledger_free(void *user, void *memory)
-{
-    ((ledger *)user)->blocks--;
-    free(memory);
-}
-
 static void handles_outlive_their_context_and_free_everything(void **state)
 {
     (void)state;
-    ledger counted = { 0 };
-    pave_context_params params = PAVE_CONTEXT_PARAMS_INIT;
-    params.alloc = ledger_alloc;
-    params.free = ledger_free;
-    params.alloc_user = &counted;
+    failing counted = { 0 };
+    pave_context_params params = failing_params(&counted);
     pave_context *context;
     assert_ok(pave_context_create(&params, &context));
     pave_image *image = draw_shapes(context, 40, 30);
@@ -203,7 +184,7 @@ static void impossible_contexts_are_refused(void **state)
     assert_int_equal(pave_context_create(&params, &context), PAVE_ERR_ARGUMENT);
     assert_null(context);
     pave_context_params_init(&params, sizeof params);
-    params.alloc = ledger_alloc;
+    params.alloc = failing_alloc;
     assert_int_equal(pave_context_create(&params, &context), PAVE_ERR_ARGUMENT);
     assert_int_equal(pave_context_create(NULL, NULL), PAVE_ERR_ARGUMENT);
     pave_context_free(NULL);

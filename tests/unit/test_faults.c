@@ -4,7 +4,8 @@
  * The engines look their drivers' functions up with dlsym, which this program wraps (-Wl,--wrap=dlsym): what it gives
  * them counts calls and fails when it is told to. Functions are wrapped without regard to their types, as taking up to
  * six words: that holds in the calling conventions of 64-bit machines. */
-#include "test.h"
+#include "devices.h"
+#include "failing.h"
 
 #ifdef PAVE_HAVE_VULKAN
 #define VK_NO_PROTOTYPES
@@ -221,23 +222,7 @@ void *__wrap_dlsym(void *library, const char *name)
     return real;
 }
 
-/* Blocks that a context and its handles hold. */
-static int64_t blocks;
-
-static void *counted_alloc(void *user, size_t size)
-{
-    (void)user;
-    blocks++;
-    return malloc(size);
-}
-
-static void counted_free(void *user, void *memory)
-{
-    (void)user;
-    blocks -= memory != NULL;
-    free(memory);
-}
-
+static failing memory; /* it never does: what contexts and their handles hold is counted */
 static int32_t errors, warnings;
 static char said[1024];
 
@@ -251,14 +236,12 @@ static void on_message(void *user, int32_t level, const char *text)
 
 static pave_result diagram(int32_t backend, int32_t side, double half_side, int32_t iterations, pave_cvd **out)
 {
-    pave_context_params params = PAVE_CONTEXT_PARAMS_INIT;
+    pave_context_params params = failing_params(&memory);
     pave_cvd_params cvd = PAVE_CVD_PARAMS_INIT;
     pave_context *context = NULL;
     pave_field *field = NULL;
     params.backend = backend;
     params.threads = 2;
-    params.alloc = counted_alloc;
-    params.free = counted_free;
     params.message = on_message;
     cvd.half_side = half_side;
     cvd.iterations = iterations;
@@ -279,14 +262,6 @@ static void arm(int64_t at, int lost)
     faults.fail_at = at;
     faults.lost = lost;
     faults.failed = NULL;
-}
-
-static void assert_same_diagram(const pave_cvd *a, const pave_cvd *b)
-{
-    size_t pixels = (size_t)pave_cvd_width(a) * (size_t)pave_cvd_height(a);
-    assert_int_equal(pave_cvd_site_count(a), pave_cvd_site_count(b));
-    assert_memory_equal(pave_cvd_labels(a), pave_cvd_labels(b), pixels * sizeof(int32_t));
-    assert_memory_equal(pave_cvd_sites(a), pave_cvd_sites(b), (size_t)pave_cvd_site_count(a) * sizeof(pave_site));
 }
 
 /* Does the sentence say what the driver said? */
@@ -330,7 +305,7 @@ static void sweep(int32_t backend, int lost, int64_t step)
     assert_same_diagram(cvd, right);
     pave_cvd_free(&cvd);
     pave_cvd_free(&right);
-    assert_int_equal(blocks, 0);
+    assert_int_equal(memory.blocks, 0);
     assert_int_equal(faults.live, 0);
     print_message("  %lld calls, %lld failures told, e.g. %s\n", (long long)at, (long long)failures, said);
 }
@@ -339,14 +314,8 @@ static void sweep(int32_t backend, int lost, int64_t step)
 static void need_device(int32_t backend)
 {
     pave_context *context = make_context(1, PAVE_BACKEND_AUTO);
-    pave_device devices[32];
-    int32_t count = 0, usable = 0;
     arm(0, 0);
-    for (int i = 0; i < 32; i++)
-        devices[i].size = sizeof *devices;
-    assert_ok(pave_devices(context, devices, 32, &count));
-    for (int32_t i = 0; i < count && i < 32; i++)
-        usable |= devices[i].usable && devices[i].backend == backend;
+    int usable = is_usable(context, backend);
     pave_context_free(&context);
     if (usable)
         return;
@@ -407,7 +376,7 @@ static void auto_goes_on_with_the_cpu(void **state)
     }
     faults.pose_as_gpu = 0;
     pave_cvd_free(&right);
-    assert_int_equal(blocks, 0);
+    assert_int_equal(memory.blocks, 0);
     assert_int_equal(faults.live, 0);
 }
 

@@ -1,138 +1,18 @@
 /* The OpenGL ES engine gives the same labels and sites as the CPU, bit for bit. */
 #include "backend/egl/egl.h"
 
-#include "problem.h"
-
-static char ran_on[128]; /* told at the end: tests/run.sh looks for it */
-
-static void compare(pave_context *context, const pv_backend *other, problem p, int32_t iterations)
-{
-    outcome a = solve(context, other, &p.plane, iterations);
-    outcome b = solve(context, &pv_gles_backend, &p.plane, iterations);
-    snprintf(ran_on, sizeof ran_on, "%s", b.name);
-    assert_same(&a, &b, &p.plane);
-    free(a.labels), free(a.sites);
-    free(b.labels), free(b.sites);
-    forget(&p);
-}
-
-static void on_message(void *user, int32_t level, const char *text)
-{
-    (void)user, (void)level;
-    print_message("%s\n", text);
-}
-
-static pave_context *context;
-
-static int open_shared_context(void **state)
-{
-    (void)state;
-    pave_context_params params = PAVE_CONTEXT_PARAMS_INIT;
-    params.message = on_message;
-    params.threads = 2;
-    return pave_context_create(&params, &context);
-}
-
-static int close_shared_context(void **state)
-{
-    (void)state;
-    pave_context_free(&context);
-    if (*ran_on)
-        print_message("the GLES backend ran: %s\n", ran_on);
-    return 0;
-}
-
-/* Skips, and says why, where there is no device. Where there is one, all must work. */
-static void need_device(void)
-{
-    pave_device devices[16] = { 0 };
-    int32_t count = 0;
-    pv_gles_list(context, devices, 16, &count);
-    assert_true(count > 0);
-    for (int32_t i = 0; i < count && i < 16; i++)
-        if (devices[i].usable)
-            return;
-    print_message("skipped: %s\n", devices[0].name);
-    skip();
-}
-
-static void lists_devices(void **state)
-{
-    (void)state;
-    pave_device devices[16] = { 0 };
-    int32_t count = 0, all = 0;
-    pv_gles_list(context, devices, 16, &count);
-    pv_gles_list(context, NULL, 0, &all);
-    assert_true(count > 0);
-    assert_int_equal(count, all);
-    assert_int_equal(devices[0].backend, PAVE_BACKEND_GLES);
-    assert_true(strlen(devices[0].name) > 0);
-}
-
-static void matches_the_definition(void **state)
-{
-    static const double h[] = { 1, 2.5, 4, 16, 64, 300 };
-    static const int32_t size[][2] = { { 1, 1 }, { 7, 5 }, { 97, 61 } };
-    (void)state;
-    need_device();
-    for (int s = 0; s < 3; s++)
-        for (int k = 0; k < 6; k++)
-            for (int edges = 0; edges < 2; edges++)
-                compare(context, &pv_cpu_reference_backend, pose(size[s][0], size[s][1], h[k], SPREAD, edges, 0), 5);
-}
-
-static void matches_the_cpu(void **state)
-{
-    static const double h[] = { 1, 2.5, 4, 16, 64, 300 };
-    (void)state;
-    need_device();
-    for (int k = 0; k < 6; k++) {
-        compare(context, &pv_cpu_portable_backend, pose(203, 157, h[k], SPREAD, 1, 0), 20);
-        compare(context, &pv_cpu_portable_backend, pose(256, 256, h[k], SPREAD, k % 2, 0), 20);
-    }
-    compare(context, &pv_cpu_portable_backend, pose(1024, 1024, 4, SPREAD, 1, 0), 4);
-    compare(context, &pv_cpu_portable_backend, pose(1024, 1024, 300, SPREAD, 1, 0), 4);
-}
-
-static void clusters_overflow_exactly(void **state)
-{
-    (void)state;
-    need_device();
-    compare(context, &pv_cpu_reference_backend, pose(203, 157, 4, CLUSTERED, 0, 572), 6);
-    compare(context, &pv_cpu_reference_backend, pose(203, 157, 4, CLUSTERED, 1, 572), 6);
-    compare(context, &pv_cpu_reference_backend, pose(640, 320, 4, CLUSTERED, 0, 600), 2);
-    compare(context, &pv_cpu_reference_backend, pose(203, 157, 4, DOUBLED, 1, 600), 6);
-    compare(context, &pv_cpu_reference_backend, pose(300, 20, 16, CLUSTERED, 0, 2), 3);
-}
-
-/* Pyramids over squares and rhombs, oriented by a given field, with pixels that count for nobody. */
-static void mosaics(void **state)
-{
-    static const double h[] = { 1, 4, 16, 64 };
-    (void)state;
-    need_device();
-    for (int metric = PAVE_METRIC_SQUARE; metric <= PAVE_METRIC_DIAMOND; metric++) {
-        compare(context, &pv_cpu_reference_backend, as_mosaic(pose(97, 61, 4, SPREAD, 0, 0), metric, 1, 1, 1), 5);
-        compare(context, &pv_cpu_reference_backend, as_mosaic(pose(97, 61, 4, CLUSTERED, 1, 300), metric, 4, 3, 1), 5);
-        for (int k = 0; k < 4; k++)
-            compare(context, &pv_cpu_portable_backend,
-                    as_mosaic(pose(256, 203, h[k], SPREAD, 0, 0), metric, 1 + k, 1 + k % 2, k % 2), 10);
-        compare(context, &pv_cpu_portable_backend, as_mosaic(pose(203, 157, 8, SPREAD, 0, 0), metric, 60, 40, 1), 4);
-    }
-    compare(context, &pv_cpu_portable_backend,
-            as_mosaic(pose(900, 900, 10, SPREAD, 0, 2000), PAVE_METRIC_SQUARE, 2, 1, 1), 6);
-}
+#include "engines.h"
 
 /* More than one tile of targets, whatever their sides; farther than 2^24 / 256 px from the origin. */
 static void long_planes(void **state)
 {
     (void)state;
     need_device();
-    compare(context, &pv_cpu_portable_backend, pose(17000, 40, 4, SPREAD, 1, 0), 3);
-    compare(context, &pv_cpu_portable_backend, pose(41, 17001, 16, SPREAD, 1, 0), 3);
-    compare(context, &pv_cpu_portable_backend, pose(2049, 1033, 8, SPREAD, 1, 0), 3);
-    compare(context, &pv_cpu_portable_backend, pose(400003, 9, 4, SPREAD, 1, 0), 2);
-    compare(context, &pv_cpu_portable_backend, pose(3, 1000003, 64, SPREAD, 0, 0), 2);
+    compare(&pv_cpu_portable_backend, pose(17000, 40, 4, SPREAD, 1, 0), 3);
+    compare(&pv_cpu_portable_backend, pose(41, 17001, 16, SPREAD, 1, 0), 3);
+    compare(&pv_cpu_portable_backend, pose(2049, 1033, 8, SPREAD, 1, 0), 3);
+    compare(&pv_cpu_portable_backend, pose(400003, 9, 4, SPREAD, 1, 0), 2);
+    compare(&pv_cpu_portable_backend, pose(3, 1000003, 64, SPREAD, 0, 0), 2);
 }
 
 /* The plane's place in the whole turns its sites; its labels belong to the pixels of the plane. */
@@ -144,7 +24,7 @@ static void planes_lie_anywhere(void **state)
         problem p = pose(203, 157, 4, SPREAD, edges, 0);
         p.plane.origin_x = 256 * 100000;
         p.plane.origin_y = 77 * 256 + 3;
-        compare(context, &pv_cpu_reference_backend, p, 5);
+        compare(&pv_cpu_reference_backend, p, 5);
     }
 }
 
@@ -153,8 +33,8 @@ static void many_sites(void **state)
 {
     (void)state;
     need_device();
-    compare(context, &pv_cpu_portable_backend, pose(1024, 600, 1, SPREAD, 0, 0), 2);
-    compare(context, &pv_cpu_portable_backend, pose(64, 48, 4, CLUSTERED, 0, 3000), 2);
+    compare(&pv_cpu_portable_backend, pose(1024, 600, 1, SPREAD, 0, 0), 2);
+    compare(&pv_cpu_portable_backend, pose(64, 48, 4, CLUSTERED, 0, 3000), 2);
 }
 
 /* Boxes that stretch from near nothing to beyond the reach of 32 bits. */
@@ -168,7 +48,7 @@ static void extreme_boxes(void **state)
             p.sites[i].half_x = k == 0 ? 0 : k == 1 ? 10 * 4096 : k == 2 ? 256 * 80 : 256 * (i % 90);
             p.sites[i].half_y = k == 0 ? 0 : k == 3 ? 256 * (i % 7) : 410;
         }
-        compare(context, &pv_cpu_portable_backend, p, 4);
+        compare(&pv_cpu_portable_backend, p, 4);
     }
 }
 
@@ -181,12 +61,12 @@ static void leaves_the_host_alone(void **state)
     pv_gl_host before;
     assert_null(pv_gl_open(&host));
     assert_true(pv_gl_enter(&host, &before));
-    compare(context, &pv_cpu_portable_backend, pose(203, 157, 4, SPREAD, 1, 0), 2);
+    compare(&pv_cpu_portable_backend, pose(203, 157, 4, SPREAD, 1, 0), 2);
     assert_ptr_equal(host.egl_GetCurrentContext(), host.context);
     assert_int_equal(host.egl_QueryAPI(), EGL_OPENGL_ES_API);
     pv_gl_leave(&host, &before);
     assert_ptr_equal(host.egl_GetCurrentContext(), EGL_NO_CONTEXT);
-    compare(context, &pv_cpu_portable_backend, pose(203, 157, 4, SPREAD, 1, 0), 2);
+    compare(&pv_cpu_portable_backend, pose(203, 157, 4, SPREAD, 1, 0), 2);
     assert_ptr_equal(host.egl_GetCurrentContext(), EGL_NO_CONTEXT);
     pv_gl_close(&host);
 }
@@ -202,9 +82,9 @@ static void the_device_does_the_work(void **state)
         void *engine = NULL;
         char name[128];
         pv_step step = { .deep = 0 };
-        assert_int_equal(pv_gles_backend.open(context, &p.plane, &engine, name), PAVE_OK);
+        assert_int_equal(pv_gles_backend.open(tested.context, &p.plane, &engine, name), PAVE_OK);
         for (int32_t i = 0; i < 5; i++)
-            assert_int_equal(pv_gles_backend.step(context, engine, i, 0, 0, &step), PAVE_OK);
+            assert_int_equal(pv_gles_backend.step(tested.context, engine, i, 0, 0, &step), PAVE_OK);
         assert_true(pv_gles_mended(engine) < 0.05);
         pv_gles_backend.close(engine);
         forget(&p);
@@ -261,12 +141,11 @@ static void can_be_cancelled(void **state)
 
 int main(void)
 {
+    tested.family = "GLES";
+    tested.engine[0] = &pv_gles_backend;
+    tested.count = 1;
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(lists_devices),
-        cmocka_unit_test(matches_the_definition),
-        cmocka_unit_test(matches_the_cpu),
-        cmocka_unit_test(clusters_overflow_exactly),
-        cmocka_unit_test(mosaics),
+        EVERY_ENGINE,
         cmocka_unit_test(long_planes),
         cmocka_unit_test(planes_lie_anywhere),
         cmocka_unit_test(many_sites),
@@ -275,5 +154,5 @@ int main(void)
         cmocka_unit_test(leaves_the_host_alone),
         cmocka_unit_test(can_be_cancelled),
     };
-    return cmocka_run_group_tests_name("gles", tests, open_shared_context, close_shared_context);
+    return cmocka_run_group_tests_name("gles", tests, open_tested, close_tested);
 }

@@ -1,5 +1,5 @@
 /* Files in and out: round trips, hostile files, limits, memory, silence, and what is left on the disk. */
-#include <pave/io.h>
+#include "failing.h"
 
 #include "base/context.h"
 #include "io/convert.h"
@@ -14,15 +14,8 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
-#include <cmocka.h>
 
 #ifndef PAVE_TEST_DATA
 #define PAVE_TEST_DATA "tests/data"
@@ -520,27 +513,6 @@ static void damaged_samples(void **state)
     assert_int_equal(printed, 0);
 }
 
-/* An allocator that fails at the N-th request. */
-typedef struct failing {
-    long until, held;
-} failing;
-
-static void *failing_alloc(void *user, size_t size)
-{
-    failing *f = user;
-    if (f->until-- <= 0)
-        return NULL;
-    f->held++;
-    return malloc(size);
-}
-
-static void failing_free(void *user, void *memory)
-{
-    failing *f = user;
-    f->held--;
-    free(memory);
-}
-
 typedef pave_result job(pave_context *c, const char *path);
 
 static pave_result reading_job(pave_context *c, const char *path)
@@ -575,20 +547,18 @@ static pave_result stones_reading_job(pave_context *c, const char *path)
 static void sweep(job *work, const char *path)
 {
     pave_result result = PAVE_ERR_MEMORY;
-    for (long n = 0; result; n++) {
-        failing f = { n, 0 };
-        pave_context_params params = PAVE_CONTEXT_PARAMS_INIT;
+    for (long n = 1; result; n++) {
+        failing f = { .fail_at = n, .for_good = 1 };
+        pave_context_params params = failing_params(&f);
         pave_context *made;
-        params.alloc = failing_alloc, params.free = failing_free, params.alloc_user = &f;
-        params.threads = 1;
         result = pave_context_create(&params, &made);
         if (!result)
             result = work(made, path);
         if (result && result != PAVE_ERR_MEMORY)
             fail_msg("%s, allocation %ld: %s: %s", path, n, pave_result_name(result), pave_context_message(made));
         pave_context_free(&made);
-        if (f.held)
-            fail_msg("%s, allocation %ld: %ld blocks leaked", path, n, f.held);
+        if (f.blocks)
+            fail_msg("%s, allocation %ld: %lld blocks leaked", path, n, (long long)f.blocks);
         assert_true(n < 1000);
     }
 }

@@ -1,18 +1,11 @@
 /* All CPU kernels, on any number of threads, give the same labels, sites and reports. */
+#include "test.h"
+
 #include "backend/cpu.h"
 #include "cvd/cvd.h"
 #include "util/random.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
-enum { STEPS = 3, AFFORDABLE = 8000000 /* metrics for the reference */ };
+enum { STEPS = 3, AFFORDABLE = SANITIZED ? 500000 : 8000000 /* metrics for the reference */ };
 
 typedef struct outcome {
     int32_t *labels;
@@ -33,18 +26,9 @@ static double pick(const double *from, int count)
     return from[draw(count)];
 }
 
-static pave_context *make_context(int32_t threads)
-{
-    pave_context_params shape = PAVE_CONTEXT_PARAMS_INIT;
-    pave_context *context;
-    shape.threads = threads;
-    assert_int_equal(pave_context_create(&shape, &context), PAVE_OK);
-    return context;
-}
-
 static outcome run(const pv_backend *backend, const pv_plane *plane, int32_t threads)
 {
-    pave_context *context = make_context(threads);
+    pave_context *context = make_context(threads, PAVE_BACKEND_CPU);
     outcome o = { .step = { { .deep = 0 } }, .labels = malloc(sizeof *o.labels * (size_t)plane->width * (size_t)plane->height),
                   .sites = malloc(sizeof *o.sites * (size_t)plane->sites) };
     void *engine;
@@ -120,7 +104,7 @@ static pv_plane make_plane(int32_t width, int32_t height, double h)
 /* A plane as pave_cvd_create makes it. */
 static void compare_drawn(int32_t width, int32_t height, double h, double cap, double low, double high)
 {
-    pave_context *context = make_context(1);
+    pave_context *context = make_context(1, PAVE_BACKEND_CPU);
     pave_cvd_params params = PAVE_CVD_PARAMS_INIT;
     pv_plane plane = make_plane(width, height, h);
     pv_place place = { 0, 0, width, height };
@@ -143,7 +127,7 @@ static void compare_drawn(int32_t width, int32_t height, double h, double cap, d
 static int32_t rounds(int32_t most)
 {
     const char *more = getenv("PAVE_TEST_ROUNDS");
-    return more ? atoi(more) : most;
+    return more ? atoi(more) : THREAD_SANITIZED ? most / 8 : SANITIZED ? most / 3 : most;
 }
 
 static void test_random_planes(void **state)
@@ -160,7 +144,7 @@ static void test_random_planes(void **state)
 static void test_thin_planes(void **state)
 {
     (void)state;
-    for (int32_t length = 1; length <= 300; length += 23) {
+    for (int32_t length = 1; length <= 300; length += THREAD_SANITIZED ? 92 : 23) {
         compare_drawn(length, 1, 2.5, 0.5, 0.5, 2);
         compare_drawn(1, length, 1, 0.5, 0.5, 2);
         compare_drawn(8, length, 4, 0.5, 0.5, 2);
@@ -180,28 +164,36 @@ static void place_site(const pv_plane *plane, spread how, pave_site *site)
     }
 }
 
+/* Compares what starts at `count` places, and frees it all but for what else the plane points at. */
+static void compare_sites(pv_plane *plane, pave_site *start, int32_t count)
+{
+    pv_home *home = calloc((size_t)count, sizeof *home);
+    for (int32_t i = 0; i < count; i++) {
+        home[i] = (pv_home){ start[i].x / plane->cell, start[i].y / plane->cell, i % 64, 0 };
+        pv_site_turn(plane, &start[i]);
+    }
+    plane->start = start;
+    plane->home = home;
+    plane->sites = count;
+    compare(plane);
+    free(start);
+    free(home);
+    free((void *)(uintptr_t)plane->edge);
+}
+
 /* Sites that no drawing would get. */
 static void compare_odd(spread how, int32_t count, double h, int32_t greatest)
 {
     pv_plane plane = make_plane(1 + draw(200), 1 + draw(200), h);
     pave_site *start = calloc((size_t)count, sizeof *start);
-    pv_home *home = calloc((size_t)count, sizeof *home);
     for (int32_t i = 0; i < count; i++) {
         place_site(&plane, how, &start[i]);
         start[i].half_x = draw(greatest + 1);
         start[i].half_y = draw(greatest + 1);
         if (how == COPIES && i)
             start[i] = start[draw(i)];
-        home[i] = (pv_home){ start[i].x / plane.cell, start[i].y / plane.cell, i % 64, 0 };
-        pv_site_turn(&plane, &start[i]);
     }
-    plane.start = start;
-    plane.home = home;
-    plane.sites = count;
-    compare(&plane);
-    free(start);
-    free(home);
-    free((void *)(uintptr_t)plane.edge);
+    compare_sites(&plane, start, count);
 }
 
 /* As a mosaic has them: pyramids, oriented by a field, with pixels that count for nobody. */
@@ -210,7 +202,6 @@ static void compare_pyramids(spread how, int32_t count, double h, double sizes, 
     int32_t metric = 1 + draw(2), width = 1 + draw(200), height = 1 + draw(200), across = (width + 7) / 8;
     pv_plane plane = make_plane(width, height, h);
     pave_site *start = calloc((size_t)count, sizeof *start);
-    pv_home *home = calloc((size_t)count, sizeof *home);
     uint16_t *direction = malloc(sizeof *direction * (size_t)width * (size_t)height);
     uint64_t *mask = calloc((size_t)across * (size_t)((height + 7) / 8), sizeof *mask);
     for (int32_t i = 0; i < width * height; i++)
@@ -225,18 +216,10 @@ static void compare_pyramids(spread how, int32_t count, double h, double sizes, 
         place_site(&plane, how, &start[i]);
         start[i].half_x = slope > 1 ? (int32_t)slope : 1;
         start[i].half_y = (int32_t)(slope / aspect) > 0 ? (int32_t)(slope / aspect) : 1;
-        home[i] = (pv_home){ start[i].x / plane.cell, start[i].y / plane.cell, i % 64, 0 };
-        pv_site_turn(&plane, &start[i]);
     }
-    plane.start = start;
-    plane.home = home;
-    plane.sites = count;
-    compare(&plane);
-    free(start);
-    free(home);
+    compare_sites(&plane, start, count);
     free(direction);
     free(mask);
-    free((void *)(uintptr_t)plane.edge);
 }
 
 static void test_pyramids(void **state)
@@ -254,7 +237,7 @@ static void test_odd_planes(void **state)
     (void)state;
     static const double sides[] = { 1, 4, 16, 50 };
     static const int32_t counts[] = { 1, 2, 9, 33, 60, 256, 257, 700 }, extents[] = { 0, 500, 9000, 40000, 3000000 };
-    for (int32_t count = 254; count < 260; count++) /* the most that the fast path takes in one bucket */
+    for (int32_t count = 254; count < 260; count += THREAD_SANITIZED ? 3 : 1) /* the most that the fast path takes in one bucket */
         compare_odd(SPOT, count, 16, 500);
     for (int32_t i = 0, n = rounds(40); i < n; i++)
         compare_odd((spread)draw(SPREADS), counts[draw(8)], pick(sides, 4), extents[draw(5)]);
@@ -263,6 +246,7 @@ static void test_odd_planes(void **state)
 static void test_roots(void **state)
 {
     (void)state;
+    not_for_threads();
     static const uint64_t ends[] = { 0, 1, 2, 3, UINT64_MAX, UINT64_MAX - 1, 0xfffffffe00000001u, 0xfffffffe00000000u };
     for (int i = 0; i < 8; i++) {
         uint64_t root = pv_isqrt(ends[i]);
