@@ -4,12 +4,12 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { GUIDE, APPLY, SOURCES, NAMED };
+enum { GUIDE, SOURCES, APPLY, NORMALS, NORMALS_DOWN, NAMED, KINDS = NAMED - APPLY };
 
 /* What a run holds. */
 typedef struct tile_work {
     pave_image *exemplars[MOST_FILES];
-    pave_image *maps[MOST_FILES][MOST_FILES]; /* companions, for each output one of each exemplar */
+    pave_image *maps[KINDS][MOST_FILES][MOST_FILES]; /* companions, for each output one of each exemplar */
     pave_image *guide;
     pave_tiling *tiling;
 } tile_work;
@@ -45,8 +45,9 @@ static pave_result read_inputs(const cli_command *command, pave_context *context
         result = read_image(context, command->input[i], &work->exemplars[i]);
     if (!result && command->named[GUIDE].count)
         result = read_image(context, command->named[GUIDE].value[0], &work->guide);
-    for (int i = 0; i < command->named[APPLY].count && !result; i++)
-        result = read_maps(command, context, command->named[APPLY].value[i], work, work->maps[i]);
+    for (int kind = APPLY; kind < NAMED; kind++)
+        for (int i = 0; i < command->named[kind].count && !result; i++)
+            result = read_maps(command, context, command->named[kind].value[i], work, work->maps[kind - APPLY][i]);
     return result;
 }
 
@@ -55,11 +56,13 @@ static const pave_image *const *as_images(pave_image **images)
     return (const pave_image *const *)images;
 }
 
-static pave_result write_picture(pave_context *context, const tile_work *work, pave_image **images, int count,
-                                 const char *path)
+static pave_result write_picture(pave_context *context, const tile_work *work, int kind, pave_image **images,
+                                 int count, const char *path)
 {
     pave_image *picture = NULL;
-    pave_result result = pave_tiling_apply(context, work->tiling, as_images(images), count, &picture);
+    pave_result result = kind == APPLY ? pave_tiling_apply(context, work->tiling, as_images(images), count, &picture)
+                                       : pave_tiling_apply_normals(context, work->tiling, as_images(images), count,
+                                                                   kind == NORMALS, &picture);
     if (!result)
         result = pave_image_write(context, picture, path);
     pave_image_free(&picture);
@@ -84,9 +87,10 @@ static pave_result write_report(pave_context *context, const cli_command *comman
 static pave_result write_maps(pave_context *context, const cli_command *command, const tile_work *work)
 {
     pave_result result = PAVE_OK;
-    for (int i = 0; i < command->named[APPLY].count && !result; i++)
-        result = write_picture(context, work, (pave_image **)work->maps[i], command->input_count,
-                               strrchr(command->named[APPLY].value[i], '=') + 1);
+    for (int kind = APPLY; kind < NAMED; kind++)
+        for (int i = 0; i < command->named[kind].count && !result; i++)
+            result = write_picture(context, work, kind, (pave_image **)work->maps[kind - APPLY][i],
+                                   command->input_count, strrchr(command->named[kind].value[i], '=') + 1);
     return result;
 }
 
@@ -108,8 +112,8 @@ static pave_result write_outputs(const cli_command *command, pave_context *conte
     for (int i = 0; i < command->output_count && !result; i++)
         result = is_json(command->output[i])
                      ? write_report(context, command, work, command->output[i])
-                     : write_picture(context, work, (pave_image **)work->exemplars, command->input_count,
-                                     command->output[i]);
+                     : write_picture(context, work, APPLY, (pave_image **)work->exemplars,
+                                     command->input_count, command->output[i]);
     if (!result)
         result = write_maps(context, command, work);
     if (!result && sources->count)
@@ -147,6 +151,10 @@ int tile_main(int argc, char **argv)
                     .most = 1 },
         [APPLY] = { .usage = "apply IN[,IN...]=OUT", .help = "lay other maps of the exemplars alike; repeatable",
                     .most = MOST_FILES },
+        [NORMALS] = { .usage = "normals IN[,IN...]=OUT",
+                      .help = "the same for normal maps, turned with their copies; y is up", .most = MOST_FILES },
+        [NORMALS_DOWN] = { .usage = "normals-down IN[,IN...]=OUT", .help = "normal maps whose y is down",
+                           .most = MOST_FILES },
         [SOURCES] = { .usage = "sources FILE.exr", .help = "write where each pixel comes from", .most = 1 },
     };
     cli_command command = {
@@ -164,10 +172,12 @@ int tile_main(int argc, char **argv)
     tile_work work = { 0 };
     params.limits = &limits;
     int status = read_command(&command, argc, argv);
-    for (int i = 0; i < named[APPLY].count && !status; i++)
-        if (!strchr(named[APPLY].value[i], '='))
-            complain(&command, "--apply %s: must be IN=OUT", named[APPLY].value[i]), status = EXIT_USAGE;
-    if (!status && !command.output_count && !command.wants_json && !named[APPLY].count && !named[SOURCES].count)
+    int maps = 0;
+    for (int kind = APPLY; kind < NAMED; maps += named[kind++].count)
+        for (int i = 0; i < named[kind].count && !status; i++)
+            if (!strchr(named[kind].value[i], '='))
+                complain(&command, "%s: must be IN=OUT", named[kind].value[i]), status = EXIT_USAGE;
+    if (!status && !command.output_count && !command.wants_json && !maps && !named[SOURCES].count)
         complain(&command, "where to? give -o FILE or --json"), status = EXIT_USAGE;
     if (!status && command.input_count > MOST_FILES)
         complain(&command, "more than %d exemplars", MOST_FILES), status = EXIT_USAGE;
@@ -181,8 +191,8 @@ int tile_main(int argc, char **argv)
     pave_image_free(&work.guide);
     for (int i = 0; i < MOST_FILES; i++) {
         pave_image_free(&work.exemplars[i]);
-        for (int k = 0; k < MOST_FILES; k++)
-            pave_image_free(&work.maps[i][k]);
+        for (int k = 0; k < KINDS * MOST_FILES; k++)
+            pave_image_free(&work.maps[k / MOST_FILES][k % MOST_FILES][i]);
     }
     finish(&context);
     return status;

@@ -89,9 +89,18 @@ PAVE_API pave_result pave_tiling_source_image(pave_context *context, const pave_
 
 /* Lays images as the tiling says: the exemplars themselves, or companions (normals, heights ...) that belong to them,
  * one for each, of the same size; any channels and type. Pixels are copied bit for bit, but for mode paper, which
- * averages (Eq. 2), rounding to the nearest, halves up. Vectors in normal maps are not turned with copies that are. */
+ * averages (Eq. 2), rounding to the nearest, halves up. Directions in them are not turned with copies that are: see
+ * pave_tiling_apply_normals. */
 PAVE_API pave_result pave_tiling_apply(pave_context *context, const pave_tiling *tiling,
                                        const pave_image *const *images, int32_t count, pave_image **out);
+
+/* The same for normal maps: the first two channels of a pixel, x to the right and y (`up` 1: upwards, as in OpenGL and
+ * glTF; 0: downwards, as in Direct3D), are turned and mirrored with the copy that it belongs to (`turns`, `flips`).
+ * Whole numbers mean -1 .. 1, so that 0 lies in the middle of their range; floats are the components themselves.
+ * Errors: PAVE_ERR_ARGUMENT for images of one channel. */
+PAVE_API pave_result pave_tiling_apply_normals(pave_context *context, const pave_tiling *tiling,
+                                               const pave_image *const *images, int32_t count, int32_t up,
+                                               pave_image **out);
 
 /* What a tiling is judged by: a vector, for no figure means anything alone. Noise has no seam, a copy no error. */
 typedef struct pave_tiling_measure {

@@ -25,6 +25,8 @@ done
 # companions are laid alike; sources are written; several exemplars
 "$pave" tile stones.png --apply stones.png=c.png --sources s.exr --rounds 10 --quiet
 cmp a.png c.png || fail "a companion equal to the exemplar is laid otherwise"
+"$pave" tile stones.png --normals stones.png=d.png --normals-down stones.png=e.png --turns --rounds 10 --quiet
+[ -s d.png ] && [ -s e.png ] && ! cmp -s d.png e.png || fail "normals are not turned by where y points"
 [ -s s.exr ] || fail "no sources"
 "$pave" tile stones.png stones.png -o two.png --rounds 3 --quiet
 "$pave" tile stones.png --keep -o kept.png --rounds 10 --quiet

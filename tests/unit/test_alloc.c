@@ -1,5 +1,5 @@
-/* Allocation failures: every allocation of the whole job fails once; the call must fail cleanly, leak nothing, leave
- * the context usable, and give the same stones the next time. */
+/* Allocation failures: every allocation of the whole job, and of tilings, fails once; the call must fail cleanly, leak
+ * nothing, leave the context usable, and give the same the next time. */
 #include "failing.h"
 
 static uint64_t lay_once(pave_context *context, int32_t round, pave_result *result)
@@ -47,10 +47,53 @@ static uint64_t lay_once(pave_context *context, int32_t round, pave_result *resu
     return hash;
 }
 
-static void every_allocation_may_fail(void **state)
+/* A tiling, its companion, its sources and its judgement: in every mode, with a guide, kept and as a Wang set. */
+static uint64_t tile_once(pave_context *context, int32_t round, pave_result *result)
 {
-    (void)state;
-    for (int32_t round = 0; round < 4; round++) {
+    enum { SIDE = 20, FAST = 1, PAPER = 2, GUIDED = 3, KEPT = 4, WANG = 5 };
+    uint8_t pixels[SIDE * SIDE];
+    pave_image_params shape = PAVE_IMAGE_PARAMS_INIT;
+    pave_tiling_params params = PAVE_TILING_PARAMS_INIT;
+    pave_image *image = NULL, *laid = NULL, *sources = NULL;
+    pave_tiling *tiling = NULL;
+    uint64_t hash = 0;
+    for (int i = 0; i < SIDE * SIDE; i++)
+        pixels[i] = (uint8_t)(i % 7 < 2 || i / SIDE % 6 < 2 ? 20 : 100 + i * i % 90);
+    shape.width = shape.height = SIDE;
+    params.mode = round == FAST || round == PAPER ? round : PAVE_TILING_BEST;
+    params.search = round == FAST || round == PAPER ? PAVE_SEARCH_FFT : PAVE_SEARCH_AUTO;
+    params.extent[0] = params.extent[1] = round == WANG ? 40 : SIDE;
+    params.fraction = round == PAPER ? 8 : 0;
+    params.rounds = 2;
+    params.keep = round == KEPT;
+    params.wang = round == WANG ? 2 : 0;
+    *result = pave_image_create(context, &shape, pixels, &image);
+    const pave_image *const images[1] = { image };
+    if (!*result)
+        *result = pave_tiling_create(context, images, 1, round == GUIDED ? image : NULL, &params, &tiling);
+    assert_true(!*result == !!tiling);
+    if (!*result)
+        *result = pave_tiling_apply(context, tiling, images, 1, &laid);
+    if (!*result)
+        *result = pave_tiling_source_image(context, tiling, &sources);
+    if (!*result && !round) {
+        pave_tiling_measure measure = { .size = sizeof measure };
+        *result = pave_tiling_judge(context, tiling, images, 1, &measure);
+    }
+    if (!*result)
+        hash = hash_bytes(pave_image_pixels(laid), (size_t)params.extent[0] * (size_t)params.extent[1]);
+    pave_image_free(&sources);
+    pave_image_free(&laid);
+    pave_tiling_free(&tiling);
+    pave_image_free(&image);
+    return hash;
+}
+
+typedef uint64_t a_job(pave_context *context, int32_t round, pave_result *result);
+
+static void fail_every_allocation(a_job *once, int32_t rounds)
+{
+    for (int32_t round = 0; round < rounds; round++) {
         failing f = { 0 };
         pave_context_params params = failing_params(&f);
         pave_context *context;
@@ -58,22 +101,34 @@ static void every_allocation_may_fail(void **state)
         params.backend = PAVE_BACKEND_CPU;
         assert_ok(pave_context_create(&params, &context));
         int64_t idle = f.blocks, before = f.calls;
-        uint64_t expected = lay_once(context, round, &result);
+        uint64_t expected = once(context, round, &result);
         assert_ok(result);
         int64_t points = f.calls - before;
         assert_true(points > 20);
         for (int64_t k = 1; k <= points; k++) {
             f.fail_at = f.calls + k;
-            lay_once(context, round, &result);
+            once(context, round, &result);
             assert_int_equal(result, PAVE_ERR_MEMORY);
             assert_non_null(strstr(pave_context_message(context), "out of memory"));
             assert_int_equal(f.blocks, idle);
         }
         f.fail_at = 0;
-        assert_true(lay_once(context, round, &result) == expected);
+        assert_true(once(context, round, &result) == expected);
         pave_context_free(&context);
         assert_int_equal(f.blocks, 0);
     }
+}
+
+static void every_allocation_may_fail(void **state)
+{
+    (void)state;
+    fail_every_allocation(lay_once, 4);
+}
+
+static void every_allocation_of_tilings_may_fail(void **state)
+{
+    (void)state;
+    fail_every_allocation(tile_once, 6);
 }
 
 static void contexts_may_fail_too(void **state)
@@ -94,6 +149,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_allocation_may_fail),
+        cmocka_unit_test(every_allocation_of_tilings_may_fail),
         cmocka_unit_test(contexts_may_fail_too),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -398,6 +398,93 @@ static void companions_are_laid_alike(void **state)
     pave_image_free(&image);
 }
 
+/* A map of one pixel value everywhere, as large as an image. */
+static pave_image *make_even(pave_context *context, const pave_image *image, int32_t type, const void *value)
+{
+    pave_image_params shape = PAVE_IMAGE_PARAMS_INIT;
+    pave_image *map = NULL;
+    shape.width = image->width;
+    shape.height = image->height;
+    shape.channels = 3;
+    shape.type = type;
+    shape.encoding = PAVE_DATA;
+    assert_ok(pave_image_create(context, &shape, NULL, &map));
+    size_t bytes = 3 * pv_type_bytes(type);
+    for (int32_t i = 0; i < image->width * image->height; i++)
+        memcpy((char *)map->pixels + (size_t)i * bytes, value, bytes);
+    return map;
+}
+
+static int adjoin(const pave_source *a, const pave_source *b)
+{
+    return a->turn == b->turn && abs(a->x - b->x) + abs(a->y - b->y) == 1;
+}
+
+/* A slope of 3 to the right and 5 down in the exemplar: within a copy, however it is turned, the laid normals are the
+ * laid heights' differences. A few pixels look like neighbours across a cut. */
+static void assert_slopes_are_turned(const pave_tiling *tiling, const pave_image *down, const pave_image *up)
+{
+    const pave_source *source = pave_tiling_sources(tiling);
+    const float *d = down->pixels, *u = up->pixels;
+    int32_t width = down->width, turned = 0, wrong = 0;
+    for (int32_t i = 0; i < width * (down->height - 1); i++) {
+        const pave_source *s = &source[i];
+        assert_true(u[3 * i] == d[3 * i] && u[3 * i + 1] == -d[3 * i + 1] && d[3 * i + 2] == 7);
+        int32_t height = 3 * s->x + 5 * s->y;
+        if (i % width + 1 < width && adjoin(s, s + 1))
+            wrong += 3 * s[1].x + 5 * s[1].y - height != (int32_t)d[3 * i];
+        if (adjoin(s, s + width))
+            wrong += 3 * s[width].x + 5 * s[width].y - height != (int32_t)d[3 * i + 1];
+        turned += (s->turn & 1) && s->turn > 4;
+    }
+    assert_true(turned > 100 && wrong * 100 < width * down->height);
+}
+
+static void normals_are_turned_with_their_copies(void **state)
+{
+    not_for_threads();
+    static const float slope_down[3] = { 3, 5, 7 }, slope_up[3] = { 3, -5, 7 };
+    static const uint8_t tinted[3] = { 200, 130, 250 };
+    pave_image *image = make_stones(*state, 50, 40, 3, PAVE_U8, 2), *map[3], *laid[3];
+    pave_tiling_params params = PAVE_TILING_PARAMS_INIT;
+    params.turns = params.flips = 1;
+    for (int32_t mode = PAVE_TILING_FAST; mode <= PAVE_TILING_PAPER; mode++) {
+        params.mode = mode;
+        params.overlap = mode == PAVE_TILING_PAPER;
+        params.fraction = 12;
+        pave_tiling *tiling = tile(*state, image, &params);
+        map[0] = make_even(*state, image, PAVE_F32, slope_down);
+        map[1] = make_even(*state, image, PAVE_F32, slope_up);
+        map[2] = make_even(*state, image, PAVE_U8, tinted);
+        for (int k = 0; k < 3; k++) {
+            const pave_image *const maps[1] = { map[k] };
+            assert_ok(pave_tiling_apply_normals(*state, tiling, maps, 1, k == 1, &laid[k]));
+        }
+        if (mode == PAVE_TILING_FAST)
+            assert_slopes_are_turned(tiling, laid[0], laid[1]);
+        int32_t mirrored = 0;
+        for (int32_t i = 0; i < 4 * 50 * 40 && mode == PAVE_TILING_FAST; i++) {
+            const uint8_t *p = (const uint8_t *)laid[2]->pixels + 3 * i;
+            mirrored += pave_tiling_sources(tiling)[i].turn == 4;
+            if (pave_tiling_sources(tiling)[i].turn == 4)
+                assert_true(p[0] == 55 && p[1] == 130 && p[2] == 250);
+        }
+        assert_true(mode == PAVE_TILING_PAPER || mirrored);
+        for (int k = 0; k < 3; k++) {
+            pave_image_free(&map[k]);
+            pave_image_free(&laid[k]);
+        }
+        pave_tiling_free(&tiling);
+    }
+    pave_image *grey = make_stones(*state, 50, 40, 1, PAVE_U8, 2), *out = NULL;
+    const pave_image *const greys[1] = { grey };
+    pave_tiling *tiling = tile(*state, grey, &(pave_tiling_params){ .size = sizeof(size_t) });
+    assert_int_equal(pave_tiling_apply_normals(*state, tiling, greys, 1, 1, &out), PAVE_ERR_ARGUMENT);
+    pave_tiling_free(&tiling);
+    pave_image_free(&grey);
+    pave_image_free(&image);
+}
+
 static double seam_ratio(const pave_image *image, int across)
 {
     int32_t w = image->width, h = image->height, lines = across ? w : h, along = across ? h : w;
@@ -711,6 +798,7 @@ int main(void)
         cmocka_unit_test(smaller_fractions_show_fewer_seams),
         cmocka_unit_test(threads_do_not_matter),
         cmocka_unit_test(companions_are_laid_alike),
+        cmocka_unit_test(normals_are_turned_with_their_copies),
         cmocka_unit_test(borders_close_where_asked),
         cmocka_unit_test(keep_changes_only_the_band),
         cmocka_unit_test(wang_sets_are_complete_and_fit),
