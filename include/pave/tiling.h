@@ -46,8 +46,8 @@ typedef struct pave_tiling_params {
                                is colours^2 x colours^2 tiles that fit, the whole periodic */
     int32_t turns;          /* 1: copies may be turned by quarter turns */
     int32_t flips;          /* 1: copies may be mirrored */
-    int32_t rounds;         /* best: how often every part's worst seam is cut again; 0: by size, 160 for results of up
-                               to four exemplars, 70 for large ones */
+    int32_t rounds;         /* best: how often every part's worst seam is cut again; 0: by size, 320 for results of up
+                               to four exemplars, 140 for large ones */
     double flatten;         /* share of slow changes of brightness that is taken out for comparing, 0..1 */
     double joints;          /* weight of the distance to joints (dark or bright lines between stones) */
     double coverage;        /* weight of using all of the exemplar evenly */
@@ -58,7 +58,7 @@ typedef struct pave_tiling_params {
 
 #define PAVE_TILING_PARAMS_INIT \
     { sizeof(pave_tiling_params), PAVE_TILING_BEST, { 0, 0 }, PAVE_PERIODIC_XY, 1, 0, 0, PAVE_SEARCH_AUTO, 0, 0, 0, \
-      0, 0, 0, 0.3, 1.0, 0.5, 0.2, 1.0, 0.5 }
+      0, 0, 0, 0.3, 1.0, 0.6, 0.2, 1.0, 0.5 }
 
 PAVE_API void pave_tiling_params_init(pave_tiling_params *params, size_t size);
 
@@ -120,6 +120,8 @@ typedef struct pave_tiling_measure {
     double repeat;           /* highest peak of the autocorrelation beyond 16 px, -1..1 */
     double feature;          /* size of the features that was found, px */
     double seconds;          /* that making the tiling took */
+    double sliced;           /* sliced Wasserstein distance of 7x7 patches, of 0..255, to the exemplar's */
+    double seam_inner;       /* mean difference across seams of the inside / between other neighbours; 0: no seams */
 } pave_tiling_measure;
 
 /* Fills `measure`, whose size must be set. `exemplars` are those that the tiling was made from. The definitions are

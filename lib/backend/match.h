@@ -14,6 +14,9 @@ typedef struct pv_match_places {
     int32_t depth, across, down;
 } pv_match_places;
 
+/* Is there a GPU? Software does not count. */
+int pv_matcher_has_gpu(pave_context *context);
+
 /* Opens a device and brings the picture there: `count` values of 0..4095. PAVE_ERR_DEVICE if there is no device,
  * PAVE_ERR_UNSUPPORTED if the picture is too large for it, or there is no Vulkan in this build. */
 pave_result pv_matcher_open(pave_context *context, const int16_t *values, int64_t count, int32_t most_entries,

@@ -23,9 +23,11 @@ static void put_measure(pv_json *json, const pave_tiling_measure *m)
     pv_json_number(json, "entropy", m->entropy);
     pv_json_number(json, "overuse", m->overuse);
     pv_json_number(json, "histogram", m->histogram);
+    pv_json_number(json, "sliced", m->sliced);
     pv_json_number(json, "sharpness", m->sharpness);
     pv_json_number(json, "seam_energy", m->seam_energy);
     pv_json_number(json, "seam_share", m->seam_share);
+    pv_json_number(json, "seam_inner", m->seam_inner);
     pv_json_number(json, "joint_share", m->joint_share);
     pv_json_number(json, "stone_ratio", m->stone_ratio);
     pv_json_number(json, "repeat", m->repeat);

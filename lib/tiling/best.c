@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-enum { CLEAR = 2, MOST_TRIED = 2, MOST_FAILS = 6, SOME = 64, FEW_PARTS = 4 };
+enum { CLEAR = 2, MOST_FAILS = 6, SOME = 64, FEW_PARTS = 4 };
 
 /* The whole job. */
 typedef struct job {
@@ -116,47 +116,35 @@ static void ask(pv_worker *w, pv_area window)
     pv_query_end(&w->query);
 }
 
-typedef struct best_copy { int64_t gain; pv_area area; int32_t first; } best_copy;
-
-static best_copy try_copies(pv_worker *w, const pv_scale *scale, pv_area window, const pv_candidate *list,
-                            int32_t count)
-{
-    best_copy best = { 0, { 0, 0, 0, 0 }, 0 };
-    for (int32_t i = 0; i < count; i++) {
-        pv_area area;
-        int32_t first;
-        int64_t gain = pv_copy_find(w, scale, window, list[i].place, &area, &first);
-        if (gain <= best.gain)
-            continue;
-        uint8_t *taken = w->taken;
-        best = (best_copy){ gain, area, first };
-        w->taken = w->cut.taken;
-        w->cut.taken = taken;
-    }
-    return best;
-}
-
-static void note_result(job *j, const pv_worker *w, pv_area window, const best_copy *best)
+static void note_failure(job *j, const pv_worker *w, pv_area window)
 {
     pv_area part = w->repeats.area;
-    for (int32_t y = 0; y < window.height && !best->gain; y++)
+    for (int32_t y = 0; y < window.height; y++)
         for (int32_t x = 0; x < window.width; x++) {
             uint8_t *fails = &j->fails[pv_pixel(j->canvas, part.x + window.x + x, part.y + window.y + y)];
             *fails = (uint8_t)(*fails < MOST_FAILS ? *fails + 1 : MOST_FAILS);
         }
-    for (int32_t y = 0; y < best->area.height && best->gain; y++)
-        for (int32_t x = 0; x < best->area.width; x++)
-            if (w->taken[y * best->area.width + x])
-                j->fails[pv_pixel(j->canvas, best->area.x + x, best->area.y + y)] = 0;
 }
 
-/* The worst seam of a part is cut again. */
+/* Lays the copy that was cut, and forgets what was tried in vain there. */
+static void lay_copy(job *j, const pv_worker *w, pv_area area, int32_t first)
+{
+    pv_cut_lay(w->cut.taken, j->canvas, area, first);
+    for (int32_t y = 0; y < area.height; y++)
+        for (int32_t x = 0; x < area.width; x++)
+            if (w->cut.taken[y * area.width + x])
+                j->fails[pv_pixel(j->canvas, area.x + x, area.y + y)] = 0;
+}
+
+/* The worst seam of a part is cut again, with the best candidate: cutting the next worst seam gains more than a second
+ * candidate does. */
 static void mend(void *data, int32_t index, int32_t worker)
 {
     job *j = data;
     pv_worker *w = &j->worker[worker];
-    pv_area part = part_at(j, index), window;
-    pv_candidate list[PV_MOST_CANDIDATES];
+    pv_area part = part_at(j, index), window, area;
+    int32_t first;
+    pv_candidate best;
     if (part.width < 2 * j->scale.window / 3 || part.height < 2 * j->scale.window / 3)
         return;
     pv_repeats_count(&w->repeats, part);
@@ -165,17 +153,17 @@ static void mend(void *data, int32_t index, int32_t worker)
         return;
     ask(w, window);
     pv_random random = pv_draw(j->params->seed, PV_DRAW_ROUNDS, (uint32_t)j->round, (uint32_t)index, 1);
-    int32_t count = pv_candidates_find(w, &j->scale, window, &random, MOST_TRIED, list);
-    best_copy best = try_copies(w, &j->scale, window, list, count);
-    if (best.gain)
-        pv_cut_lay(w->taken, j->canvas, best.area, best.first);
-    note_result(j, w, window, &best);
+    if (pv_candidates_find(w, &j->scale, window, &random, 1, &best) &&
+        pv_copy_find(w, &j->scale, window, best.place, &area, &first) > 0)
+        lay_copy(j, w, area, first);
+    else
+        note_failure(j, w, window);
 }
 
 static pave_result refine(job *j, double from, double to)
 {
     pave_result result = PAVE_OK;
-    int32_t parts = j->across * j->down, rounds = j->params->rounds ? j->params->rounds : parts > FEW_PARTS ? 70 : 160;
+    int32_t parts = j->across * j->down, rounds = j->params->rounds ? j->params->rounds : parts > FEW_PARTS ? 140 : 320;
     for (j->round = 0; j->round < rounds && !result; j->round++) {
         pv_random random = pv_draw(j->params->seed, PV_DRAW_ROUNDS, (uint32_t)j->round, 0, 0);
         double a = from + (to - from) * j->round / rounds;

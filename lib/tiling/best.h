@@ -19,7 +19,6 @@ typedef struct pv_worker {
     int64_t *costs;  /* of a search */
     int32_t *heat;   /* what seams cost at each pixel of the part */
     int64_t *sums;   /* of heat above and left */
-    uint8_t *taken;  /* of the best copy so far */
 } pv_worker;
 
 /* Sizes, px, that everything else follows from. */

@@ -30,8 +30,6 @@ pave_result pv_worker_create(pave_context *context, const pave_tiling_params *pa
         out->heat = pv_allocate(context, pixels, sizeof *out->heat, &result);
     if (!result)
         out->sums = pv_allocate(context, pixels, sizeof *out->sums, &result);
-    if (!result)
-        out->taken = pv_allocate(context, (size_t)scale->reach * (size_t)scale->reach, 1, &result);
     out->prices = (pv_prices){ coverage, &out->repeats, params->guide_weight };
     if (result)
         pv_worker_free(out);
@@ -46,7 +44,6 @@ void pv_worker_free(pv_worker *worker)
     pv_release(worker->costs);
     pv_release(worker->heat);
     pv_release(worker->sums);
-    pv_release(worker->taken);
     memset(worker, 0, sizeof *worker);
 }
 

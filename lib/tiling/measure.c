@@ -8,16 +8,10 @@
 
 enum { PATCH = 9, STEP = 4, FINE = 2, CELL = 8, MOST_EXEMPLAR = 256, MOST_RESULT = 512, QUANTILES = 513, RGB = 3 };
 
-/* Two pictures side by side, as 0..255 of three channels. */
-typedef struct picture {
-    int32_t width, height;
-    float *rgb;
-} picture;
-
 typedef struct judging {
     pave_context *context;
     const pave_tiling *tiling;
-    picture exemplar, result;
+    pv_picture exemplar, result;
     pv_bank from, to; /* the exemplar's and the result's patches */
     pave_tiling_measure *out;
 } judging;
@@ -28,12 +22,12 @@ static double to_255(const pave_image *image, int64_t index)
     return isfinite(value) ? 255 * value : 0;
 }
 
-static pave_result read_picture(pave_context *context, const pave_image *image, picture *out)
+static pave_result read_picture(pave_context *context, const pave_image *image, pv_picture *out)
 {
     pave_result result = PAVE_OK;
     int64_t pixels = (int64_t)image->width * image->height;
     int32_t colours = image->channels - (image->alpha >= 0 && image->channels > 1);
-    *out = (picture){ image->width, image->height, NULL };
+    *out = (pv_picture){ image->width, image->height, NULL };
     out->rgb = pv_allocate(context, (size_t)pixels, RGB * sizeof *out->rgb, &result);
     for (int64_t i = 0; i < pixels && !result; i++)
         for (int32_t c = 0; c < RGB; c++)
@@ -42,7 +36,7 @@ static pave_result read_picture(pave_context *context, const pave_image *image, 
 }
 
 /* Mean difference across each line between two columns (or rows); the last one is across the border. */
-static pave_result line_differences(pave_context *context, const picture *p, int rows, double **out)
+static pave_result line_differences(pave_context *context, const pv_picture *p, int rows, double **out)
 {
     pave_result result = PAVE_OK;
     int32_t lines = rows ? p->height : p->width, along = rows ? p->width : p->height;
@@ -81,7 +75,7 @@ static pave_result judge_lines(judging *j)
 }
 
 /* The top left part of a picture as a bank of whole numbers. */
-static pave_result patches_of(pave_context *context, const picture *p, int32_t most, pv_bank *out)
+static pave_result patches_of(pave_context *context, const pv_picture *p, int32_t most, pv_bank *out)
 {
     pave_image_params params = PAVE_IMAGE_PARAMS_INIT;
     pave_tiling_params plain = PAVE_TILING_PARAMS_INIT;
@@ -238,7 +232,7 @@ static int ascending(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static pave_result sorted_channel(pave_context *context, const picture *p, int32_t channel, float **out)
+static pave_result sorted_channel(pave_context *context, const pv_picture *p, int32_t channel, float **out)
 {
     pave_result result = PAVE_OK;
     size_t n = (size_t)p->width * (size_t)p->height;
@@ -274,7 +268,7 @@ static pave_result judge_histogram(judging *j)
     return result;
 }
 
-static double gradient_energy(const picture *p)
+static double gradient_energy(const pv_picture *p)
 {
     double across = 0, down = 0;
     int64_t row = (int64_t)p->width * RGB, values = row * p->height;
@@ -291,7 +285,7 @@ static double gradient_energy(const picture *p)
 static double differ(const judging *j, const pave_source *a, const pave_source *b, int32_t ax, int32_t ay, int32_t bx,
                      int32_t by)
 {
-    const picture *p = &j->exemplar;
+    const pv_picture *p = &j->exemplar;
     int32_t x0 = a->x + ax, y0 = a->y + ay, x1 = b->x + bx, y1 = b->y + by;
     x0 = x0 < 0 ? 0 : x0 < p->width ? x0 : p->width - 1, x1 = x1 < 0 ? 0 : x1 < p->width ? x1 : p->width - 1;
     y0 = y0 < 0 ? 0 : y0 < p->height ? y0 : p->height - 1, y1 = y1 < 0 ? 0 : y1 < p->height ? y1 : p->height - 1;
@@ -315,26 +309,40 @@ static double seam_between(const judging *j, int64_t p, int64_t q, int32_t dx, i
     return alike && !a->turn && !a->exemplar ? differ(j, a, b, 0, 0, -dx, -dy) + differ(j, a, b, dx, dy, 0, 0) + 1 : 0;
 }
 
+/* The mean difference of neighbours that a seam runs between, against that of all others: 1: seams cannot be told. */
+typedef struct step_sums { double at_seams, elsewhere; int64_t seams, others; } step_sums;
+
+static void note_step(const judging *j, int64_t p, int64_t q, int seam, step_sums *s)
+{
+    for (int32_t c = 0; c < RGB; c++)
+        *(seam ? &s->at_seams : &s->elsewhere) += fabs((double)j->result.rgb[RGB * p + c] - j->result.rgb[RGB * q + c]);
+    *(seam ? &s->seams : &s->others) += 1;
+}
+
 static void judge_seams(judging *j)
 {
     int32_t width = j->result.width, height = j->result.height, periodic = j->tiling->params.periodic;
     int64_t seams = 0;
     double energy = 0;
-    for (int32_t y = 0; y < height; y++)
-        for (int32_t x = 0; x < width; x++) {
-            int64_t p = (int64_t)y * width + x;
-            if (x + 1 < width || periodic == PAVE_PERIODIC_XY || periodic == PAVE_PERIODIC_X)
-                energy += seam_between(j, p, (int64_t)y * width + (x + 1) % width, 1, 0, &seams);
-            if (y + 1 < height || periodic == PAVE_PERIODIC_XY || periodic == PAVE_PERIODIC_Y)
-                energy += seam_between(j, p, (int64_t)((y + 1) % height) * width + x, 0, 1, &seams);
-        }
+    step_sums steps = { 0, 0, 0, 0 };
+    for (int64_t i = 0; i < 2 * (int64_t)height * width; i++) {
+        int32_t x = (int32_t)(i / 2 % width), y = (int32_t)(i / 2 / width), dx = (int32_t)(i % 2), dy = !dx;
+        if ((x + dx == width && periodic != PAVE_PERIODIC_XY && periodic != PAVE_PERIODIC_X) ||
+            (y + dy == height && periodic != PAVE_PERIODIC_XY && periodic != PAVE_PERIODIC_Y))
+            continue;
+        int64_t p = (int64_t)y * width + x, q = (int64_t)((y + dy) % height) * width + (x + dx) % width, before = seams;
+        energy += seam_between(j, p, q, dx, dy, &seams);
+        note_step(j, p, q, seams > before, &steps);
+    }
+    if (steps.seams && steps.elsewhere > 0)
+        j->out->seam_inner = steps.at_seams / (double)steps.seams / (steps.elsewhere / (double)steps.others);
     j->out->seam_energy = energy / ((double)width * height);
     j->out->seam_share = (double)seams / (2.0 * width * height);
 }
 
 typedef struct stones { double share, size; } stones;
 
-static pave_result find_stones(pave_context *context, const picture *p, int32_t left, int32_t top, int32_t width,
+static pave_result find_stones(pave_context *context, const pv_picture *p, int32_t left, int32_t top, int32_t width,
                                int32_t height, stones *out)
 {
     pave_result result = PAVE_OK;
@@ -394,6 +402,8 @@ static pave_result judge_all(judging *j, const pave_image *exemplar, const pave_
         result = judge_patches(j);
     if (!result)
         result = judge_histogram(j);
+    if (!result)
+        result = pv_sliced_distance(j->context, &j->exemplar, &j->result, &j->out->sliced);
     if (!result)
         result = judge_stones(j);
     if (!result)

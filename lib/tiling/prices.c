@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LEVEL_WEIGHT = 4 };
+enum { LEVEL_WEIGHT = 4, LACK_WEIGHT = 2, SAMPLE = 2 /* one pixel in so many across and down tells the steps */ };
 
 static int32_t level(const pv_bank *bank, int32_t place)
 {
@@ -59,7 +59,7 @@ static void price_levels(pv_coverage *coverage, const int32_t *count, int64_t la
     }
 }
 
-/* A cell that is used as often as others costs nothing, one never used less, one used twice as often more. */
+/* A cell that is used as often as others costs nothing, one used twice as often more, one hardly used far less. */
 void pv_coverage_count(pv_coverage *coverage, const pv_canvas *canvas)
 {
     const pv_bank *bank = canvas->bank;
@@ -76,7 +76,8 @@ void pv_coverage_count(pv_coverage *coverage, const pv_canvas *canvas)
     double even = (double)laid / (double)bank->usable_count;
     for (int32_t i = 0; i < bank->cells; i++) {
         double use = even > 0 && coverage->room[i] ? coverage->count[i] / (even * coverage->room[i]) : 1;
-        coverage->price[i] = (int32_t)(coverage->weight * PV_COST_UNIT * ((use < 3 ? use : 3) - 1));
+        double lack = use < 1 ? 1 - use : 0, price = (use < 3 ? use : 3) - 1 - LACK_WEIGHT * lack * lack;
+        coverage->price[i] = (int32_t)(coverage->weight * PV_COST_UNIT * price);
     }
 }
 
@@ -139,7 +140,7 @@ static void price_steps(pv_repeats *r)
 {
     double pixels = (double)r->area.width * r->area.height;
     for (int32_t i = 0; i < r->across * r->down; i++) {
-        double share = r->steps[i] / pixels;
+        double share = SAMPLE * SAMPLE * r->steps[i] / pixels;
         r->step_price[i] = (int32_t)(r->weight * PV_COST_UNIT * 12 * (share < 0.5 ? share : 0.5));
     }
 }
@@ -156,7 +157,7 @@ void pv_repeats_count(pv_repeats *r, pv_area area)
             if (source < 0)
                 continue;
             int32_t *head = &r->head[canvas->bank->home[source]];
-            for (int32_t other = *head; other >= 0; other = r->next[other]) {
+            for (int32_t other = *head; other >= 0 && x % SAMPLE == 0 && y % SAMPLE == 0; other = r->next[other]) {
                 gap g = gap_between(r, x, y, other);
                 r->steps[step_of(r, g.x, g.y)]++;
             }

@@ -195,7 +195,8 @@ pv_searcher pv_searcher_of(const pave_context *context, const pv_bank *bank, int
 {
     int vulkan = context->backend == PAVE_BACKEND_VULKAN_COMPUTE || context->backend == PAVE_BACKEND_VULKAN_RASTER;
     search = search == PAVE_SEARCH_AUTO && vulkan ? PAVE_SEARCH_VULKAN : search;
-    return (pv_searcher){ .bank = bank, .search = search };
+    int named = search != PAVE_SEARCH_AUTO || context->backend != PAVE_BACKEND_AUTO;
+    return (pv_searcher){ .bank = bank, .search = search, .may_gpu = named ? PV_GPU_NEVER : PV_GPU_IF_LARGE };
 }
 
 void pv_searcher_free(pv_searcher *searcher)
@@ -231,20 +232,41 @@ static void search_row(void *data, int32_t row, int32_t worker)
     pv_search_all(r->query, one, r->compare, r->costs + (int64_t)row * one.across);
 }
 
+static pave_result costs_by_device(pave_context *context, pv_searcher *searcher, const rows *r)
+{
+    const pv_places *places = &r->places;
+    pave_result result = pv_vulkan_costs(context, searcher, r->query, places, r->costs);
+    for (int32_t k = 0; k < places->across * places->down && !result; k++)
+        if (!pv_bank_clear(r->query->bank, place_at(r->query, places, k % places->across, k / places->across),
+                           r->query->width, r->query->height))
+            r->costs[k] = PV_NO_PLACE;
+    return result;
+}
+
+/* A search that takes the CPU tenths of a second, and there is a GPU. */
+static int gpu_pays(pave_context *context, const pv_searcher *searcher, const rows *r)
+{
+    double values = (double)r->places.across * r->places.down * r->query->tap_count * PV_TAP;
+    return searcher->may_gpu == PV_GPU_ALWAYS ||
+           (searcher->may_gpu == PV_GPU_IF_LARGE && values > 1e9 && pv_vulkan_is_there(context));
+}
+
 pave_result pv_search_costs(pave_context *context, pv_searcher *searcher, const pv_query *query,
                             const pv_places *places, int64_t *costs)
 {
     rows r = { query, *places, pv_compare_choose(searcher->search), costs };
     if (!places->across)
         return PAVE_OK;
-    if (searcher->search != PAVE_SEARCH_VULKAN)
-        return pv_parallel(context, places->down, search_row, &r, 0, 0);
-    pave_result result = pv_vulkan_costs(context, searcher, query, places, costs);
-    for (int32_t k = 0; k < places->across * places->down && !result; k++)
-        if (!pv_bank_clear(query->bank, place_at(query, places, k % places->across, k / places->across), query->width,
-                           query->height))
-            costs[k] = PV_NO_PLACE;
-    return result;
+    if (searcher->search == PAVE_SEARCH_VULKAN)
+        return costs_by_device(context, searcher, &r);
+    if (gpu_pays(context, searcher, &r)) {
+        pave_result result = costs_by_device(context, searcher, &r);
+        if (result != PAVE_ERR_DEVICE && result != PAVE_ERR_UNSUPPORTED)
+            return result;
+        pv_note(context, PAVE_MESSAGE_WARNING, "going on with the CPU: %s", context->text);
+        searcher->may_gpu = PV_GPU_NEVER;
+    }
+    return pv_parallel(context, places->down, search_row, &r, 0, 0);
 }
 
 static pave_result vulkan_least(pave_context *context, pv_searcher *searcher, const pv_query *query,

@@ -63,15 +63,20 @@ pave_result pv_spectra_create(pave_context *context, const pv_bank *bank, const 
 void pv_spectra_free(pv_spectra *spectra);
 pave_result pv_spectra_least(pv_spectra *spectra, const pv_query *query, int32_t *place, int64_t *difference);
 
+/* May a device be tried? */
+enum { PV_GPU_NEVER = 0, PV_GPU_IF_LARGE = 1, PV_GPU_ALWAYS = 2 /* tests */ };
+
 /* What searches of one bank share. */
 typedef struct pv_searcher {
     const pv_bank *bank;
     int32_t search;
+    int32_t may_gpu;                                   /* PV_GPU_; if nobody chose, large searches try one */
     pv_spectra *spectra[PV_MOST_EXEMPLARS * PV_TURNS]; /* made when first used */
     struct pv_matcher *matcher;                        /* on a graphics device, opened when first used */
 } pv_searcher;
 
-/* Resolves PAVE_SEARCH_AUTO by the context's backend: on a Vulkan backend, by Vulkan. */
+/* Resolves PAVE_SEARCH_AUTO by the context's backend: on a Vulkan backend, by Vulkan. Who names a device gets an error
+ * where it fails; if neither is named, a GPU does what is large, and where it fails the CPU goes on. */
 pv_searcher pv_searcher_of(const pave_context *context, const pv_bank *bank, int32_t search);
 void pv_searcher_free(pv_searcher *searcher);
 
@@ -83,6 +88,7 @@ pave_result pv_search_costs(pave_context *context, pv_searcher *searcher, const 
 pave_result pv_vulkan_costs(pave_context *context, pv_searcher *searcher, const pv_query *query,
                             const pv_places *places, int64_t *costs);
 void pv_vulkan_close(pv_searcher *searcher);
+int pv_vulkan_is_there(pave_context *context); /* a GPU; software does not count */
 
 /* The place with the least difference, the first in scan order among equals, over all sheets; -1: there is none. Works
  * with all threads. */

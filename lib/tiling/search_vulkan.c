@@ -5,6 +5,11 @@
 
 #ifdef PAVE_HAVE_VULKAN
 
+int pv_vulkan_is_there(pave_context *context)
+{
+    return pv_matcher_has_gpu(context);
+}
+
 static int32_t list_entries(const pv_query *query, pv_match_entry *out)
 {
     int32_t count = 0, depth = query->bank->depth;
@@ -47,6 +52,12 @@ void pv_vulkan_close(pv_searcher *searcher)
 }
 
 #else
+
+int pv_vulkan_is_there(pave_context *context)
+{
+    (void)context;
+    return 0;
+}
 
 pave_result pv_vulkan_costs(pave_context *context, pv_searcher *searcher, const pv_query *query,
                             const pv_places *places, int64_t *costs)

@@ -35,6 +35,15 @@ typedef struct pv_block {
  * distribution. `tones` is the caller's to release. */
 pave_result pv_guide_read(pave_context *context, const pv_bank *bank, const pave_image *guide, int16_t **tones);
 
+/* A picture that is judged, as 0..255 of three channels. */
+typedef struct pv_picture {
+    int32_t width, height;
+    float *rgb;
+} pv_picture;
+
+/* sliced.c: of patches of 7 x 7 px; 0 where a picture has none. */
+pave_result pv_sliced_distance(pave_context *context, const pv_picture *a, const pv_picture *b, double *distance);
+
 struct pave_tiling {
     pave_tiling_params params;
     int32_t width, height;

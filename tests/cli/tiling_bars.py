@@ -45,6 +45,7 @@ def tile(name, seed):
     for theirs, ours in TOLD.items():
         assert abs(r[theirs] - own[ours]) < 1e-3 * max(1, abs(r[theirs])), f"{name}: {theirs} {r[theirs]} is {own[ours]}"
     assert -0.1 < r["coherence"] - own["coherence"] < 2.5, "coherence: beyond what the judge's rounding explains"
+    assert abs(r["swd"] - own["sliced"]) < 0.15 * r["swd"] + 0.3, f"{name}: swd {r['swd']} is {own['sliced']}"  # at random
     return dict(r, energy=own["seam_energy"], stone=own["stone_ratio"], repeat=own["repeat"])
 
 

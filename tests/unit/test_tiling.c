@@ -166,6 +166,60 @@ static void a_device_finds_the_same(void **state)
     pave_image_free(&image);
 }
 
+/* What messages say. */
+static void remember(void *user, int32_t level, const char *text)
+{
+    (void)level;
+    if (strstr(text, "going on with the CPU"))
+        ++*(int32_t *)user;
+}
+
+/* Without any driver: who named a device gets an error, who did not gets the same from the CPU. */
+static void a_device_that_fails(void **state)
+{
+    (void)state;
+    not_for_threads();
+    if (SANITIZED)
+        skip();
+    int32_t told = 0;
+    pave_context_params with = PAVE_CONTEXT_PARAMS_INIT;
+    pave_context *context = NULL;
+    with.message = remember;
+    with.message_user = &told;
+    assert_ok(pave_context_create(&with, &context));
+    pave_image *image = make_stones(context, 40, 36, 3, PAVE_U8, 3);
+    setenv("VK_DRIVER_FILES", "/nonexistent.json", 1);
+    setenv("VK_ICD_FILENAMES", "/nonexistent.json", 1);
+    pave_tiling_params params = PAVE_TILING_PARAMS_INIT;
+    params.mode = PAVE_TILING_FAST;
+    params.search = PAVE_SEARCH_VULKAN;
+    const pave_image *const images[1] = { image };
+    pave_tiling *tiling = NULL;
+    pave_result result = pave_tiling_create(context, images, 1, NULL, &params, &tiling);
+    assert_true(result == PAVE_ERR_DEVICE || result == PAVE_ERR_UNSUPPORTED);
+    pv_bank bank;
+    pv_query query;
+    int64_t costs[2][25 * 21];
+    assert_ok(pv_bank_create(context, images, 1, &params, &bank));
+    assert_ok(pv_query_create(context, &bank, 16, 16, &query));
+    fill_query(&query, &bank, 16, 1);
+    pv_places places = pv_places_all(&bank.sheet[0], 16, 16);
+    for (int k = 0; k < 2; k++) {
+        pv_searcher searcher = { .bank = &bank, .search = PAVE_SEARCH_AUTO, .may_gpu = k ? PV_GPU_ALWAYS : 0 };
+        assert_ok(pv_search_costs(context, &searcher, &query, &places, costs[k]));
+        assert_ok(pv_search_costs(context, &searcher, &query, &places, costs[k])); /* says it once */
+        pv_searcher_free(&searcher);
+    }
+    assert_memory_equal(costs[0], costs[1], sizeof costs[0]);
+    assert_int_equal(told, 1);
+    unsetenv("VK_DRIVER_FILES");
+    unsetenv("VK_ICD_FILENAMES");
+    pv_query_free(&query);
+    pv_bank_free(&bank);
+    pave_image_free(&image);
+    pave_context_free(&context);
+}
+
 static void modes_do_not_depend_on_the_search(void **state)
 {
     not_for_threads();
@@ -780,6 +834,7 @@ static void measures_tell_what_they_should(void **state)
     tiling = tile(*state, image, &params);
     assert_ok(pave_tiling_judge(*state, tiling, images, 1, &fast));
     assert_true(measure.seam_energy < 0.6 * fast.seam_energy);
+    assert_true(measure.sliced > 0 && measure.sliced < 6 && measure.seam_inner > 0.3 && measure.seam_inner < 2);
     fast.size = 8;
     assert_int_equal(pave_tiling_judge(*state, tiling, images, 1, &fast), PAVE_ERR_ARGUMENT);
     pave_tiling_free(&tiling);
@@ -792,6 +847,7 @@ int main(void)
         cmocka_unit_test(table_1_comes_out),
         cmocka_unit_test(all_searches_find_the_same),
         cmocka_unit_test(a_device_finds_the_same),
+        cmocka_unit_test(a_device_that_fails),
         cmocka_unit_test(modes_do_not_depend_on_the_search),
         cmocka_unit_test(cuts_are_least_and_smallest),
         cmocka_unit_test(paper_mode_is_the_text),

@@ -1,5 +1,6 @@
 /* Matching by a compute shader. */
 #include "backend/match.h"
+#include "backend/vulkan/compute.h"
 #include "backend/vulkan/vulkan.h"
 
 #include "shaders/match.spv.h"
@@ -124,6 +125,11 @@ static pave_result create_buffers(pv_matcher *m, const int16_t *values, int64_t 
     for (int i = 0; i < BUFFERS && !result; i++)
         result = pv_vk_buffer_create(m->context, &m->vk, size[i], &m->buffers[i]);
     return result ? result : pv_vk_upload(m->context, &m->vk, values, bytes, &m->buffers[VALUES]);
+}
+
+int pv_matcher_has_gpu(pave_context *context)
+{
+    return pv_vulkan_has_gpu(context);
 }
 
 pave_result pv_matcher_open(pave_context *context, const int16_t *values, int64_t count, int32_t most_entries,
