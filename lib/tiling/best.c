@@ -136,15 +136,21 @@ static void lay_copy(job *j, const pv_worker *w, pv_area area, int32_t first)
                 j->fails[pv_pixel(j->canvas, area.x + x, area.y + y)] = 0;
 }
 
-/* The worst seam of a part is cut again, with the best candidate: cutting the next worst seam gains more than a second
- * candidate does. */
+/* How often a window has been tried in vain. */
+static int32_t tried(const job *j, pv_area part, pv_area window)
+{
+    return j->fails[pv_pixel(j->canvas, part.x + window.x + window.width / 2, part.y + window.y + window.height / 2)];
+}
+
+/* The worst seam of a part is cut again, with one candidate: cutting the next worst seam gains more than a second one
+ * does. Where the best was in vain, the next best has its turn. */
 static void mend(void *data, int32_t index, int32_t worker)
 {
     job *j = data;
     pv_worker *w = &j->worker[worker];
     pv_area part = part_at(j, index), window, area;
     int32_t first;
-    pv_candidate best;
+    pv_candidate list[PV_MOST_CANDIDATES];
     if (part.width < 2 * j->scale.window / 3 || part.height < 2 * j->scale.window / 3)
         return;
     pv_repeats_count(&w->repeats, part);
@@ -153,8 +159,8 @@ static void mend(void *data, int32_t index, int32_t worker)
         return;
     ask(w, window);
     pv_random random = pv_draw(j->params->seed, PV_DRAW_ROUNDS, (uint32_t)j->round, (uint32_t)index, 1);
-    if (pv_candidates_find(w, &j->scale, window, &random, 1, &best) &&
-        pv_copy_find(w, &j->scale, window, best.place, &area, &first) > 0)
+    int32_t count = pv_candidates_find(w, &j->scale, window, &random, 1 + tried(j, part, window), list);
+    if (count && pv_copy_find(w, &j->scale, window, list[count - 1].place, &area, &first) > 0)
         lay_copy(j, w, area, first);
     else
         note_failure(j, w, window);

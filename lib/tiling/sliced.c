@@ -1,5 +1,5 @@
-/* Sliced distance: how much the patches of two pictures differ as a whole, whichever lie where: seen along many directions
- * through the space of patches, the mean distance of their sorted values (the sliced Wasserstein distance).
+/* Sliced distance: how much the patches of two pictures differ as a whole, whichever lie where: seen along many
+ * directions through the space of patches, the mean distance of their sorted values (sliced Wasserstein distance).
  * Source: Rabin et al. 2011, "Wasserstein barycenter and its application to texture mixing", section 2. */
 #include "tiling/tiling.h"
 
