@@ -47,7 +47,7 @@ trap 'rm -rf "$scratch"' EXIT
 export LP_NUM_THREADS=2 MESA_SHADER_CACHE_DIR="$scratch" XDG_RUNTIME_DIR="$scratch" OMP_NUM_THREADS=2
 echo "| what | pave | against | its time | ratio |"
 echo "|---|---|---|---|---|"
-for comparison in field lloyd job engines growth solid; do
+for comparison in field lloyd job engines growth solid tiling; do
   /usr/bin/python3 "$here/$comparison.py" "$build" "$scratch" $quick $long
 done
 
