@@ -46,7 +46,7 @@ typedef struct pave_tiling_params {
                                is colours^2 x colours^2 tiles that fit, the whole periodic */
     int32_t turns;          /* 1: copies may be turned by quarter turns */
     int32_t flips;          /* 1: copies may be mirrored */
-    int32_t rounds;         /* best: how often every part's worst seam is cut again; 0: by size, 320 for results of up
+    int32_t rounds;         /* best: how often every part's worst seam is cut again; 0: by size, 480 for results of up
                                to four exemplars, 140 for large ones */
     double flatten;         /* share of slow changes of brightness that is taken out for comparing, 0..1 */
     double joints;          /* weight of the distance to joints (dark or bright lines between stones) */

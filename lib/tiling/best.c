@@ -169,7 +169,7 @@ static void mend(void *data, int32_t index, int32_t worker)
 static pave_result refine(job *j, double from, double to)
 {
     pave_result result = PAVE_OK;
-    int32_t parts = j->across * j->down, rounds = j->params->rounds ? j->params->rounds : parts > FEW_PARTS ? 140 : 320;
+    int32_t parts = j->across * j->down, rounds = j->params->rounds ? j->params->rounds : parts > FEW_PARTS ? 140 : 480;
     for (j->round = 0; j->round < rounds && !result; j->round++) {
         pv_random random = pv_draw(j->params->seed, PV_DRAW_ROUNDS, (uint32_t)j->round, 0, 0);
         double a = from + (to - from) * j->round / rounds;
