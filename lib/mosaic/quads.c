@@ -183,9 +183,15 @@ typedef struct cutting {
     const pv_work *w;
     const pv_tess *tess;
     int plain;
-    pv_cell *corner; /* of face f from tess->first[f] on */
+    pv_cell *corner; /* of face f from place_of(f) on */
     int32_t *count;
 } cutting;
+
+/* A tile has at most one corner more than its face: a triangle's tip may be cut. */
+static int64_t place_of(const cutting *c, int32_t face)
+{
+    return c->tess->first[face] + face;
+}
 
 enum { TASK = 64 };
 
@@ -253,13 +259,13 @@ static void cut_tiles(void *data, int32_t task, int32_t worker)
     for (int32_t f = task * TASK; f < (task + 1) * TASK && f < c->tess->face_count; f++) {
         pv_cell tile[PV_STONE_MOST];
         c->count[f] = c->tess->label[f] < c->w->n ? cut_tile(c, f, tile) : 0;
-        memcpy(c->corner + c->tess->first[f], tile, (size_t)c->count[f] * sizeof *tile);
+        memcpy(c->corner + place_of(c, f), tile, (size_t)c->count[f] * sizeof *tile);
     }
 }
 
 static void add_tile(const cutting *c, int32_t face, pave_stones *out)
 {
-    int64_t at = out->starts[out->count], from = c->tess->first[face];
+    int64_t at = out->starts[out->count], from = place_of(c, face);
     for (int32_t i = 0; i < c->count[face]; i++) {
         out->vertices[2 * (at + i)] = (double)c->corner[from + i].x / PV_GRID;
         out->vertices[2 * (at + i) + 1] = (double)c->corner[from + i].y / PV_GRID;
@@ -272,7 +278,7 @@ static void add_tile(const cutting *c, int32_t face, pave_stones *out)
 static pave_result isolate(pave_context *context, cutting *c, pave_stones *out)
 {
     pave_result result = PAVE_OK;
-    size_t n = (size_t)c->tess->face_count, corners = (size_t)c->tess->first[n];
+    size_t n = (size_t)c->tess->face_count, corners = (size_t)place_of(c, c->tess->face_count);
     out->starts = pv_allocate_zeroed(context, n + 1, sizeof *out->starts, &result);
     if (!result)
         out->vertices = pv_allocate(context, corners, 2 * sizeof *out->vertices, &result);

@@ -227,10 +227,10 @@ static void counts_from_one_to_too_many(void **state)
     pave_context *context = *state;
     pave_image *photo = photo_of(context, 40, 30);
     pave_mosaic_sources sources = PAVE_MOSAIC_SOURCES_INIT;
-    static const int32_t counts[] = { 1, 2, 3, 7, 100, 1200 };
+    static const int32_t counts[] = { 1, 2, 3, 7, 100, 300, 573, 651, 1041, 1200 };
     sources.photo = photo;
     for (int mode = 0; mode < 2; mode++)
-        for (int k = 0; k < 6; k++) {
+        for (int k = 0; k < 10; k++) {
             pave_mosaic_params params = params_of(mode, counts[k]);
             pave_stones *stones = lay(context, photo, &params);
             pave_mosaic_measure m = measure_of(context, stones);
