@@ -86,7 +86,9 @@ static pave_result make_diagram(pave_context *context, const pave_lay_params *pa
         result = pv_params_read(context, &pv_stones_table, params->stones, &stones);
     if (!cvd.supersample)
         cvd.supersample = pv_stones_supersample(&stones);
-    cvd.window_margin = fmax(cvd.window_margin, pv_stones_margin_guess(1, &stones));
+    if (!result)
+        cvd.window_margin = fmax(cvd.window_margin, pv_stones_margin_guess(work->field->place.width,
+                                 work->field->place.height, work->field->wraps, &cvd, &stones));
     while (!result && !work->cvd) {
         result = pave_cvd_create(context, work->field, &cvd, &work->cvd);
         if (result)
@@ -98,6 +100,19 @@ static pave_result make_diagram(pave_context *context, const pave_lay_params *pa
         pave_cvd_free(&work->cvd);
     }
     return result;
+}
+
+static pave_result widen_drawing(pave_context *context, const pave_lay_params *params, pave_image **drawing)
+{
+    pave_field_params field;
+    pave_cvd_params cvd;
+    pave_stones_params stones;
+    pave_result result = pv_params_read(context, &pv_field_table, params->field, &field);
+    if (!result)
+        result = pv_params_read(context, &pv_cvd_table, params->cvd, &cvd);
+    if (!result)
+        result = pv_params_read(context, &pv_stones_table, params->stones, &stones);
+    return result ? result : pv_stones_widen(context, &cvd, &stones, field.periodic, drawing);
 }
 
 /* In black and white, or in the colours of a palette, which is found first if none is given. */
@@ -143,6 +158,8 @@ static pave_result run_stages(pave_context *context, const pave_image *image, co
     double start = pv_seconds(), after_field = start, after_cvd = start;
     pv_call call = pv_call_begin(context, "lay", 0, 0.05);
     pave_result result = make_drawing(context, image, params, &work->drawing);
+    if (!result)
+        result = widen_drawing(context, params, &work->drawing);
     if (!result)
         result = pave_field_create(context, work->drawing, params->field, &work->field);
     pv_call_end(context, call);

@@ -31,6 +31,7 @@ void pave_stream_params_init(pave_stream_params *params, size_t size)
 enum {
     SPARE = 8,             /* px of drawing around what a diagram is asked for */
     BYTES_A_PIXEL = 18,    /* of a region: drawing, field, edges, labels, and its share of sites and polygons */
+    BYTES_BEST = 12,       /* and of the diagram's own pixels in best mode: labels, pieces, tessellation */
     BASE = 160 << 20,      /* code, image libraries, a driver */
     DEFAULT_MEMORY = 1 << 30,
 };
@@ -56,7 +57,6 @@ static pave_result read_params(pv_stream *s, const pave_lay_params *given)
         result = pv_params_read(context, &pv_stones_table, params->stones, &s->plan.stones);
     if (!s->plan.cvd.supersample)
         s->plan.cvd.supersample = pv_stones_supersample(&s->plan.stones);
-    s->plan.cvd.window_margin = fmax(s->plan.cvd.window_margin, pv_stones_margin_guess(1, &s->plan.stones));
     if (!result && s->plan.cvd.until_still > 0)
         result = pv_fail(context, PAVE_ERR_ARGUMENT,
                          "until_still looks at all sites of a plane: it is not for what is laid window by window");
@@ -66,11 +66,25 @@ static pave_result read_params(pv_stream *s, const pave_lay_params *given)
     return result;
 }
 
+static double bytes_a_pixel(const pv_stream *s)
+{
+    int32_t scale = s->plan.cvd.supersample;
+    return s->plan.stones.mode == PAVE_MODE_PAPER ? BYTES_A_PIXEL : BYTES_A_PIXEL + BYTES_BEST * scale * scale;
+}
+
 /* How far around a plane that repeats its diagram and its stones are computed, if that is done for the whole. */
 static double whole_around(const pave_cvd_params *cvd)
 {
     double around = pv_torus_guess(cvd), stones = cvd->window_margin * cvd->half_side;
     return stones > around ? stones : around;
+}
+
+static double margin_for(const pv_stream *s, const pave_cvd_params *cvd, int whole)
+{
+    pave_cvd_params like = *cvd;
+    like.window[2] = like.window[3] = !whole;
+    return fmax(cvd->window_margin, pv_stones_margin_guess(s->drawing.width, s->drawing.height,
+                                                           s->plan.field.periodic, &like, &s->plan.stones));
 }
 
 /* Windows of such a size that one with its margin stays within the memory. */
@@ -80,15 +94,22 @@ static pave_result divide(pv_stream *s, int64_t memory)
     double width = s->drawing.width, height = s->drawing.height;
     if (cvd.stones)
         cvd.half_side = sqrt(width * height / cvd.stones) / 2;
-    s->plan.margin = pv_margin_guess(&cvd, 0) + (int32_t)(cvd.window_margin * cvd.half_side) + SPARE;
     double held = s->drawing.bits ? (double)s->drawing.stride * height : 0, left = (double)memory - BASE - held;
-    double side = floor(sqrt(fmax(left, 0) / BYTES_A_PIXEL)) - 2 * s->plan.margin;
+    cvd.window_margin = margin_for(s, &s->plan.cvd, 1);
     double around = s->plan.field.periodic ? 2 * whole_around(&cvd) : 0;
-    double whole = BYTES_A_PIXEL * (width + around) * (height + around);
+    double bytes = bytes_a_pixel(s), whole = bytes * (width + around) * (height + around);
+    if (left < whole)
+        cvd.window_margin = margin_for(s, &s->plan.cvd, 0);
+    s->plan.cvd.window_margin = cvd.window_margin;
+    s->plan.margin = pv_margin_guess(&cvd, 0) + (int32_t)(cvd.window_margin * cvd.half_side) + SPARE;
+    double pixels = fmax(left, 0) / bytes, span = sqrt(pixels), narrow = fmin(width, height);
+    if (narrow < span && !s->plan.field.periodic) /* windows reach from side to side */
+        span = pixels / narrow;
+    double side = floor(span) - 2 * s->plan.margin;
     if (side < s->plan.margin / 2 && left < whole) {
         double least = 2.5 * s->plan.margin;
         return pv_fail(s->context, PAVE_ERR_LIMIT, "memory is %lld bytes, but windows of this drawing need %.0f",
-                       (long long)memory, least * least * BYTES_A_PIXEL + BASE + held);
+                       (long long)memory, least * least * bytes + BASE + held);
     }
     if (left >= whole)
         side = fmax(width, height);
@@ -133,6 +154,30 @@ static pv_rect choose_region(const pv_stream *s, pv_rect window, int32_t margin)
     return (double)region.width * region.height < whole ? region : plane;
 }
 
+/* A part of the drawing; where thin features are widened, from some more of it. */
+static pave_result cut_drawing(pv_stream *s, pv_rect region, pave_image **out)
+{
+    const pave_palette *palette = &s->plan.palette.palette;
+    const pv_bitmap *from = &s->drawing;
+    int32_t w = from->width, h = from->height, repeats = s->plan.field.periodic;
+    double least = pv_stones_thin_width(w, h, &s->plan.cvd, &s->plan.stones);
+    int32_t around = least > 1 ? pv_widen_reach((int32_t)ceil(least)) : 0;
+    const pv_rect plane = { 0, 0, w, h }, everywhere = { -(1 << 29), -(1 << 29), 1 << 30, 1 << 30 };
+    int whole = region.width == w && region.height == h;
+    pv_rect more = whole ? region : pv_rect_grown(region, around, repeats ? everywhere : plane);
+    pave_image *wide = NULL;
+    pave_result result = pv_drawing_cut(s->context, from, palette, more.x, more.y, more.width, more.height, &wide);
+    if (!result)
+        result = pv_stones_widen(s->context, &s->plan.cvd, &s->plan.stones, repeats, &wide);
+    *out = wide;
+    if (result || (more.width == region.width && more.height == region.height))
+        return result;
+    pv_place part = { region.x - more.x, region.y - more.y, region.width, region.height };
+    result = pv_image_crop(s->context, wide, part, out);
+    pave_image_free(&wide);
+    return result;
+}
+
 /* The stones of a window from so much of the drawing around it; NULL, and a larger margin, if that is too little. */
 static pave_result lay_region(pv_stream *s, pv_rect window, int32_t *margin, pave_stones **out)
 {
@@ -144,8 +189,7 @@ static pave_result lay_region(pv_stream *s, pv_rect window, int32_t *margin, pav
     int32_t needed = 0;
     pave_cvd_params params = s->plan.cvd;
     memcpy(params.window, &window, sizeof params.window);
-    pave_result result = pv_drawing_cut(context, &s->drawing, &s->plan.palette.palette, region.x, region.y,
-                                        region.width, region.height, &drawing);
+    pave_result result = cut_drawing(s, region, &drawing);
     if (!result)
         result = pave_field_create(context, drawing, &s->plan.field, &field);
     if (!result)
@@ -277,8 +321,9 @@ pave_result pv_stream_plan(pv_stream *s, const char *drawing, const pave_lay_par
 pv_room pv_stream_room(const pv_stream *s, const char *beside)
 {
     pv_rect w = pv_manifest_window(&s->plan, 0);
-    int64_t margin = 2 * (int64_t)s->plan.margin, bytes = (w.width + margin) * (w.height + margin) * BYTES_A_PIXEL;
-    return (pv_room){ bytes > DEFAULT_MEMORY - BASE ? bytes : DEFAULT_MEMORY - BASE, beside };
+    int64_t margin = 2 * (int64_t)s->plan.margin, most = DEFAULT_MEMORY - BASE;
+    double bytes = (double)(w.width + margin) * (double)(w.height + margin) * bytes_a_pixel(s);
+    return (pv_room){ bytes > (double)most ? (int64_t)bytes : most, beside };
 }
 
 static pave_result lay_all(pv_stream *s, const pave_stream_params *params, const char *drawing,

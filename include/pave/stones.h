@@ -15,8 +15,8 @@ enum {
     PAVE_MODE_PAPER = 0, /* the text to the letter */
     PAVE_MODE_BEST = 1   /* the same spirit without its flaws: cells split by colour, one contour for both colours,
                             vertices made flat by min-cost assignment, each stone inscribed in its own cell, so that
-                            no two overlap. Not for periodic planes; a window needs far more around it than in the
-                            paper's mode, about 1000 px at h = 4 */
+                            no two overlap. A window needs far more around it than in the paper's mode, about 1000 px
+                            at h = 4; a periodic plane as a whole a third of that */
 };
 
 /* Joints of best mode. */
@@ -28,7 +28,9 @@ enum {
 /* What becomes of parts of the drawing that are too small for a stone, in best mode. */
 enum {
     PAVE_THIN_KEEP = 0, /* thin stones */
-    PAVE_THIN_DROP = 1  /* they go to the stones around them */
+    PAVE_THIN_DROP = 1, /* they go to the stones around them */
+    PAVE_THIN_WIDEN = 2 /* pave_lay widens them first (pave_image_widen) to thin_width; what comes later than that
+                           keeps what it gets */
 };
 
 enum {
@@ -52,11 +54,13 @@ typedef struct pave_stones_params {
     int32_t joint_style; /* PAVE_JOINT_ */
     int32_t thin;        /* PAVE_THIN_: pieces of less than a quarter of a stone that touch none of their colour */
     int32_t border;      /* PAVE_BORDER_: stones that cross the border of a periodic plane (pave_field_params) */
+    double thin_width;   /* of PAVE_THIN_WIDEN, half sides */
+    double aspect;       /* best mode: stones longer than so many times their width are cut across; 0: none is */
 } pave_stones_params;
 
 #define PAVE_STONES_PARAMS_INIT \
     { sizeof(pave_stones_params), PAVE_MODE_PAPER, 1.0, 120.0, 5, 120.0, 0.5, PAVE_JOINT_EVEN, PAVE_THIN_KEEP, \
-      PAVE_BORDER_WRAPPED }
+      PAVE_BORDER_WRAPPED, 1.0, 4.0 }
 
 PAVE_API void pave_stones_params_init(pave_stones_params *params, size_t size);
 

@@ -37,10 +37,14 @@ void pave_cvd_params_init(pave_cvd_params *params, size_t size)
 static int32_t plane_width(const pave_field *field) { return field->place.width; }
 static int32_t plane_height(const pave_field *field) { return field->place.height; }
 
+double pv_half_side(const pave_cvd_params *params, int32_t width, int32_t height)
+{
+    return params->stones ? sqrt((double)width * height / params->stones) / 2 : params->half_side; /* Eq. 1 */
+}
+
 static pave_result read_stones(pave_context *context, const pave_field *field, pave_cvd_params *params)
 {
-    if (params->stones) /* Eq. 1 */
-        params->half_side = sqrt((double)plane_width(field) * plane_height(field) / params->stones) / 2;
+    params->half_side = pv_half_side(params, plane_width(field), plane_height(field));
     if (params->half_side < 1)
         return pv_fail(context, PAVE_ERR_ARGUMENT,
                        "%d stones are too many for %d x %d px: half a side would be under 1 px", (int)params->stones,

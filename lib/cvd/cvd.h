@@ -42,6 +42,9 @@ struct pave_cvd {
     char backend_name[128];
 };
 
+/* h in px, as given or for a number of stones on a plane of this size. */
+double pv_half_side(const pave_cvd_params *params, int32_t width, int32_t height);
+
 /* pave_cvd_create on a field that may end too near to the window: then *out is NULL, and *needed tells how far around
  * the window it should reach, px. */
 pave_result pv_cvd_create(pave_context *context, const pave_field *field, const pave_cvd_params *given,

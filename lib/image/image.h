@@ -37,6 +37,10 @@ pave_result pv_image_repeat(pave_context *context, const pave_image *drawing, in
 /* Copies such a part of pixels of `size` bytes from a plane of pixels. */
 void pv_repeat(const pv_place *plane, const void *pixels, size_t size, int32_t width, int32_t height, void *out);
 
+/* widen.c: how far around a pixel of a drawing widened to so many px it depends on it, px; a part of a drawing. */
+int32_t pv_widen_reach(int32_t least);
+pave_result pv_image_crop(pave_context *context, const pave_image *drawing, pv_place part, pave_image **out);
+
 /* Bytes of one value of a type; 0 for an unknown type. */
 size_t pv_type_bytes(int32_t type);
 

@@ -23,9 +23,9 @@ static pave_result trace(pave_context *context, const pv_work *w, pv_tess *tess)
     pv_pieces pieces = { 0 };
     pv_net net = { 0 };
     pv_outline outline = { 0 };
-    pv_tess_place place = { 0, 0, 1, w->side / 2 };
+    pv_tess_place place = { 0, 0, 1, w->side / 2, { 0, 0 } };
     pv_label_image image = { .width = w->width, .height = w->height, .labels = w->cvd->labels,
-                             .label_count = w->n + 1, .scale = 1 };
+                             .stride = w->width, .label_count = w->n + 1, .scale = 1 };
     double least = w->side * (w->size ? w->size_min : 1) / 3;
     result = pv_pieces_split(context, &image, (int64_t)(least * least) + 1, 1, &pieces);
     if (!result)

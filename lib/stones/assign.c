@@ -8,7 +8,8 @@ enum { COST = 4096, UNASSIGNED = 16 * COST, FORBIDDEN = INT32_MAX, MOST_STEPS = 
 typedef struct matching {
     pv_tess *tess;
     int64_t most, contour_most; /* cost */
-    int32_t *room;   /* of faces: how many more flats they can take */
+    int32_t *most_flats; /* of faces */
+    int32_t *room;   /* of faces of the block under way: how many more flats they can take */
     int32_t *cost;   /* of every place of `corner` */
     int32_t *best;   /* of faces, while a path is sought: cost to get there, */
     int64_t *by;     /* the place that was taken to get there */
@@ -66,7 +67,7 @@ static int32_t cost_of(const matching *m, int64_t place)
     return cost <= m->most ? (int32_t)cost : FORBIDDEN;
 }
 
-static void set_rooms(matching *m)
+static void set_most_flats(matching *m)
 {
     const pv_tess *tess = m->tess;
     for (int32_t f = 0; f < tess->face_count; f++) {
@@ -75,7 +76,7 @@ static void set_rooms(matching *m)
             m->cost[p] = cost_of(m, p);
             corners += pv_is_corner(tess, p);
         }
-        m->room[f] = corners > 4 ? corners - 4 : 0;
+        m->most_flats[f] = corners > 4 ? corners - 4 : 0;
     }
 }
 
@@ -171,15 +172,25 @@ static void insert(matching *m, int32_t v, const int32_t *vertices, int64_t coun
     }
 }
 
+static int32_t count_flats(const pv_tess *tess, int32_t face)
+{
+    int32_t count = 0;
+    for (int64_t p = tess->first[face]; p < tess->first[face + 1]; p++)
+        count += tess->flat[tess->corner[p]] == face;
+    return count;
+}
+
 static void match_block(void *data, const int32_t *vertices, int64_t count)
 {
     matching *m = data;
-    for (int64_t i = 0; i < count; i++) {
-        int32_t v = vertices[i];
-        if (m->tess->flat[v] >= 0)
-            m->room[m->tess->flat[v]]++;
-        m->tess->flat[v] = -1;
-    }
+    const pv_tess *tess = m->tess;
+    for (int64_t i = 0; i < count; i++)
+        tess->flat[vertices[i]] = -1;
+    for (int64_t i = 0; i < count; i++)
+        for (int64_t s = tess->star[vertices[i]]; s < tess->star[vertices[i] + 1]; s++) {
+            int32_t f = tess->face_of[tess->spoke[s]];
+            m->room[f] = m->most_flats[f] - count_flats(tess, f);
+        }
     for (int64_t i = 0; i < count; i++)
         insert(m, vertices[i], vertices, count);
 }
@@ -188,7 +199,9 @@ static pave_result allocate(pave_context *context, matching *m)
 {
     pave_result result = PAVE_OK;
     size_t faces = (size_t)m->tess->face_count;
-    m->room = pv_allocate(context, faces, sizeof *m->room, &result);
+    m->most_flats = pv_allocate(context, faces, sizeof *m->most_flats, &result);
+    if (!result)
+        m->room = pv_allocate(context, faces, sizeof *m->room, &result);
     if (!result)
         m->cost = pv_allocate(context, (size_t)m->tess->first[faces], sizeof *m->cost, &result);
     if (!result)
@@ -211,7 +224,7 @@ pave_result pv_assign_flats(pave_context *context, const pv_assign_params *param
     memset(tess->flat, -1, (size_t)tess->vertex_count * sizeof *tess->flat);
     pave_result result = allocate(context, &m);
     if (!result)
-        set_rooms(&m);
+        set_most_flats(&m);
     for (int sweep = 0; sweep < 2 && !result; sweep++) {
         pv_blocks blocks;
         result = pv_blocks_build(context, tess, params->block, sweep, &blocks);
@@ -220,6 +233,7 @@ pave_result pv_assign_flats(pave_context *context, const pv_assign_params *param
                                    from + (to - from) * (sweep + 1) / 2);
         pv_blocks_free(&blocks);
     }
+    pv_release(m.most_flats);
     pv_release(m.room);
     pv_release(m.cost);
     pv_release(m.best);

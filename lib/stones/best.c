@@ -22,22 +22,64 @@ static int64_t half_side(const pave_cvd *cvd)
 }
 
 /* Pieces merge with neighbours' neighbours, and are cut; chains are drawn by what is around them, and again crack by
- * crack; sides collapse if they are the shortest among faces' neighbours; then blocks follow on blocks. */
-double pv_best_reach(double half_side, double radius)
+ * crack; sides collapse if they are the shortest among faces' neighbours. */
+static double reach_before_blocks(double radius)
 {
     double cell = 2 * radius, pieces = (2 * PV_PIECES_ROUNDS + 1) * cell, chains = PV_CONTOUR_REACH + 2 + 4 * cell;
-    double collapses = 2 * COLLAPSES * cell, match = 2 * (4 * 2 * half_side * MATCH_CELLS + cell);
-    double realise = 2 * (4 * 2 * half_side * REALISE_CELLS + cell);
-    return pieces + chains + collapses + match + realise;
+    return pieces + chains + 2 * COLLAPSES * cell;
 }
 
-static pave_result split(pave_context *context, const pave_image *drawing, const pave_cvd *cvd, int fill,
-                         pv_pieces *pieces)
+/* A block's length in px, the longer way. */
+static double block_length(const pave_cvd *cvd, int32_t cells)
 {
-    pv_label_image image = { .width = cvd->width, .height = cvd->height, .labels = cvd->labels,
-                             .label_count = cvd->site_count, .colours = drawing->pixels, .scale = cvd->scale,
-                             .colour_x = cvd->place.x - cvd->scale * drawing->place.x,
-                             .colour_y = cvd->place.y - cvd->scale * drawing->place.y,
+    int64_t side = 2 * half_side(cvd) * cells, unit = cvd->repeats ? PV_GRID : 0;
+    int64_t x = pv_block_length(side, unit * cvd->place.width / cvd->scale);
+    int64_t y = pv_block_length(side, unit * cvd->place.height / cvd->scale);
+    return (double)(x > y ? x : y) / PV_GRID;
+}
+
+/* Blocks follow on blocks. */
+static double reach_of_blocks(const pave_cvd *cvd, double radius)
+{
+    return 2 * (4 * block_length(cvd, MATCH_CELLS) + 2 * radius) +
+           2 * (4 * block_length(cvd, REALISE_CELLS) + 2 * radius);
+}
+
+/* From the window's borders to those of a period of blocks that begins in it, and the cells there. */
+static double reach_of_period(const pave_cvd *cvd, double radius)
+{
+    int32_t x = cvd->place.width - cvd->window.width, y = cvd->place.height - cvd->window.height;
+    return (double)(x > y ? x : y) / cvd->scale + block_length(cvd, MATCH_CELLS) + 2 * radius;
+}
+
+/* Is it less to see a whole period, where blocks need nothing around them? */
+static int sees_period(const pave_cvd *cvd, double radius)
+{
+    return cvd->repeats && reach_of_period(cvd, radius) < reach_of_blocks(cvd, radius);
+}
+
+double pv_best_reach(const pave_cvd *cvd, double radius)
+{
+    return reach_before_blocks(radius) +
+           (sees_period(cvd, radius) ? reach_of_period(cvd, radius) : reach_of_blocks(cvd, radius));
+}
+
+/* As much of the diagram as its stones are felt in. */
+static pv_rect region_of(const pave_cvd *cvd, const pave_stones_params *params)
+{
+    pv_rect all = { cvd->place.x, cvd->place.y, cvd->width, cvd->height };
+    int32_t margin = (int32_t)ceil(pv_stones_margin(cvd, params)) + 1;
+    return pv_rect_grown(cvd->window, cvd->scale * margin, all);
+}
+
+static pave_result split(pave_context *context, const pave_image *drawing, const pave_cvd *cvd, pv_rect region,
+                         int fill, pv_pieces *pieces)
+{
+    int64_t first = (int64_t)(region.y - cvd->place.y) * cvd->width + region.x - cvd->place.x;
+    pv_label_image image = { .width = region.width, .height = region.height, .labels = cvd->labels + first,
+                             .stride = cvd->width, .label_count = cvd->site_count, .colours = drawing->pixels,
+                             .scale = cvd->scale, .colour_x = region.x - cvd->scale * drawing->place.x,
+                             .colour_y = region.y - cvd->scale * drawing->place.y,
                              .colour_width = drawing->width };
     double side = cvd->scale * cvd->params.half_side;
     return pv_pieces_split(context, &image, (int64_t)(side * side), fill, pieces);
@@ -50,27 +92,34 @@ static pave_result trace(pave_context *context, const pave_image *drawing, const
     pv_pieces pieces;
     pv_net net = { 0 };
     pv_outline outline = { 0 };
-    pv_tess_place place = { cvd->place.x, cvd->place.y, cvd->scale, cvd->params.half_side };
-    pave_result result = split(context, drawing, cvd, params->thin == PAVE_THIN_DROP, &pieces);
+    pv_rect region = region_of(cvd, params);
+    pv_tess_place place = { region.x, region.y, cvd->scale, cvd->params.half_side, { 0, 0 } };
+    if (cvd->repeats)
+        place.period = (pv_cell){ cvd->place.width / cvd->scale, cvd->place.height / cvd->scale };
+    pave_result result = split(context, drawing, cvd, region, params->thin == PAVE_THIN_DROP, &pieces);
     if (!result)
         result = pv_net_trace(context, &pieces, &net);
     if (!result)
         result = pv_outline_draw(context, &net, &place, &outline);
     if (!result)
         result = pv_tess_build(context, &net, &place, &outline, tess);
+    tess->has_whole = sees_period(cvd, (double)cvd->radius / 256 / cvd->scale);
+    tess->whole = (pv_cell){ cvd->window.x / cvd->scale * PV_GRID, cvd->window.y / cvd->scale * PV_GRID };
     pv_outline_free(&outline);
     pv_net_free(&net);
     pv_pieces_free(&pieces);
     return result;
 }
 
-/* Stones of all faces, before they are put one after the other: up to two a face. */
+enum { SPARE_CORNERS = 16, MOST_STONES = 2 * PV_STONE_PARTS };
+
+/* Stones of all faces, before they are put one after the other. */
 typedef struct quarry {
     const pave_stones_params *params;
     const pave_cvd *cvd;
     const pv_tess *tess;
-    pv_cell *corner;     /* of face f from 3 * tess->first[f] on */
-    int32_t (*count)[2]; /* of face f; 0: no stone */
+    pv_cell *corner;     /* of face f from first_corner(f) on */
+    uint8_t (*count)[MOST_STONES]; /* of face f, one after the other; 0: no more */
     uint8_t *cut;        /* stones that the joint took corners of, or all */
 } quarry;
 
@@ -106,25 +155,57 @@ static int32_t open_joints(const quarry *q, pv_cell *stone, int32_t count)
                                                       : pv_stone_offset(stone, count, way);
 }
 
+static void move(pv_cell *ring, int32_t count, pv_cell way)
+{
+    for (int32_t i = 0; i < count; i++)
+        ring[i] = (pv_cell){ ring[i].x + way.x, ring[i].y + way.y };
+}
+
+/* Two for each corner of the face would do for its stones, if none were divided. */
+static int64_t first_corner(const pv_tess *tess, int32_t f)
+{
+    return 3 * tess->first[f] + SPARE_CORNERS * (int64_t)f;
+}
+
+/* A stone of a cell, in parts if it is too long, with joints around: from `out` on, of which there are `room`. */
+static int32_t add_parts(const quarry *q, int32_t f, const pv_cell *stone, int32_t count, pv_cell origin,
+                         int32_t *stones, pv_cell *out, int32_t room)
+{
+    pv_cell parts[2 * PV_STONE_MOST];
+    int32_t counts[PV_STONE_PARTS], used = 0;
+    memcpy(parts, stone, (size_t)count * sizeof *stone);
+    int32_t n = pv_stone_divide(parts, count, q->params->aspect, room, counts);
+    for (int32_t k = 0, at = 0; k < n; at += counts[k++]) {
+        int32_t after = open_joints(q, parts + at, counts[k]);
+        q->cut[f] += after < counts[k];
+        if (!after || after > UINT8_MAX)
+            continue;
+        move(parts + at, after, origin);
+        memcpy(out + used, parts + at, (size_t)after * sizeof *out);
+        q->count[f][(*stones)++] = (uint8_t)after;
+        used += after;
+    }
+    return used;
+}
+
 static void cut_face(const quarry *q, int32_t f)
 {
-    pv_cell ring[PV_STONE_MOST], stones[2 * PV_STONE_MOST], *out = q->corner + 3 * q->tess->first[f];
+    pv_cell ring[PV_STONE_MOST], stones[2 * PV_STONE_MOST], *out = q->corner + first_corner(q->tess, f);
     uint8_t corner[PV_STONE_MOST];
-    int32_t before[2] = { 0, 0 }, count = pv_tess_ring(q->tess, f, ring, PV_STONE_MOST);
+    int32_t before[2] = { 0, 0 }, count = pv_tess_ring(q->tess, f, ring, PV_STONE_MOST), made = 0, used = 0;
     if (count > PV_STONE_MOST)
         return;
+    pv_cell origin = ring[0]; /* so that the stone is the same wherever it lies */
+    move(ring, count, (pv_cell){ -origin.x, -origin.y });
     for (int32_t i = 0; i < count; i++)
         corner[i] = (uint8_t)pv_is_corner(q->tess, q->tess->first[f] + i);
     pv_stone_cell cell = { count, ring, corner };
     cut_cell(&cell, stones, before);
-    for (int k = 0; k < 2 && before[k]; k++) {
-        pv_cell *stone = stones + (k ? before[0] : 0);
-        int32_t after = open_joints(q, stone, before[k]);
-        q->cut[f] += after < before[k];
-        q->count[f][k] = after;
-        memcpy(out, stone, (size_t)after * sizeof *stone);
-        out += after;
-    }
+    int32_t room = (int32_t)(first_corner(q->tess, f + 1) - first_corner(q->tess, f)) - before[1];
+    if (before[0])
+        used = add_parts(q, f, stones, before[0], origin, &made, out, room);
+    if (before[1])
+        add_parts(q, f, stones + before[0], before[1], origin, &made, out + used, room + before[1] - used);
 }
 
 static void cut_faces(void *data, int32_t task, int32_t worker)
@@ -136,20 +217,6 @@ static void cut_faces(void *data, int32_t task, int32_t worker)
             cut_face(q, f);
 }
 
-static pave_result allocate(pave_context *context, const pv_tess *tess, pave_stones *out)
-{
-    pave_result result = PAVE_OK;
-    size_t n = 2 * (size_t)tess->face_count, corners = 3 * (size_t)tess->first[tess->face_count];
-    out->starts = pv_allocate_zeroed(context, n + 1, sizeof *out->starts, &result);
-    if (!result)
-        out->vertices = pv_allocate(context, corners, 2 * sizeof *out->vertices, &result);
-    if (!result)
-        out->colours = pv_allocate(context, n, sizeof *out->colours, &result);
-    if (!result)
-        out->sites = pv_allocate(context, n, sizeof *out->sites, &result);
-    return result;
-}
-
 /* How many periods a copy of a site is away, grid units. */
 static pv_cell shift_of(const pave_cvd *cvd, int32_t site)
 {
@@ -158,17 +225,21 @@ static pv_cell shift_of(const pave_cvd *cvd, int32_t site)
                       (int32_t)((int64_t)s.y * PV_GRID / (256 * cvd->scale)) };
 }
 
-static void add_stone(const quarry *q, int32_t face, int k, pave_stones *out)
+static void add_stones(const quarry *q, int32_t face, pave_stones *out)
 {
-    int64_t at = out->starts[out->count], from = 3 * q->tess->first[face] + (k ? q->count[face][0] : 0);
+    int64_t from = first_corner(q->tess, face);
     pv_cell shift = shift_of(q->cvd, q->tess->label[face]);
-    for (int32_t i = 0; i < q->count[face][k]; i++) {
-        out->vertices[2 * (at + i)] = (double)(q->corner[from + i].x - shift.x) / PV_GRID;
-        out->vertices[2 * (at + i) + 1] = (double)(q->corner[from + i].y - shift.y) / PV_GRID;
+    for (int k = 0; k < MOST_STONES && q->count[face][k]; k++) {
+        int64_t at = out->starts[out->count];
+        int32_t count = q->count[face][k];
+        for (int32_t i = 0; i < count; i++, from++) {
+            out->vertices[2 * (at + i)] = (double)(q->corner[from].x - shift.x) / PV_GRID;
+            out->vertices[2 * (at + i) + 1] = (double)(q->corner[from].y - shift.y) / PV_GRID;
+        }
+        out->colours[out->count] = q->tess->colour[face];
+        out->sites[out->count] = q->cvd->numbers[q->tess->label[face]];
+        out->starts[++out->count] = at + count;
     }
-    out->colours[out->count] = q->tess->colour[face];
-    out->sites[out->count] = q->cvd->numbers[q->tess->label[face]];
-    out->starts[++out->count] = at + q->count[face][k];
 }
 
 static void count_cells(const quarry *q, pave_stones *out)
@@ -181,7 +252,7 @@ static void count_cells(const quarry *q, pave_stones *out)
         for (int64_t p = tess->first[f]; p < tess->first[f + 1]; p++)
             junctions += !(tess->kind[tess->corner[p]] & PV_BEND);
         pv_count_cell(&out->report, junctions);
-        out->report.vanished += !q->count[f][0] && !q->count[f][1];
+        out->report.vanished += !q->count[f][0];
         out->report.reduced += q->cut[f];
     }
 }
@@ -189,9 +260,9 @@ static void count_cells(const quarry *q, pave_stones *out)
 static pave_result isolate(pave_context *context, const pave_cvd *cvd, const pv_tess *tess, pave_stones *out)
 {
     quarry q = { &out->params, cvd, tess, NULL, NULL, NULL };
-    pave_result result = allocate(context, tess, out);
-    if (!result)
-        q.corner = pv_allocate(context, 3 * (size_t)tess->first[tess->face_count], sizeof *q.corner, &result);
+    int64_t count = 0, corners = 0;
+    pave_result result = PAVE_OK;
+    q.corner = pv_allocate(context, (size_t)first_corner(tess, tess->face_count), sizeof *q.corner, &result);
     if (!result)
         q.count = pv_allocate_zeroed(context, (size_t)tess->face_count, sizeof *q.count, &result);
     if (!result)
@@ -199,9 +270,12 @@ static pave_result isolate(pave_context *context, const pave_cvd *cvd, const pv_
     if (!result)
         result = pv_parallel(context, (tess->face_count + TASK - 1) / TASK, cut_faces, &q, 0.8, 0.98);
     for (int32_t f = 0; f < tess->face_count && !result; f++)
-        for (int k = 0; k < 2; k++)
-            if (q.count[f][k])
-                add_stone(&q, f, k, out);
+        for (int k = 0; k < MOST_STONES && q.count[f][k]; k++)
+            count++, corners += q.count[f][k];
+    if (!result)
+        result = pv_stones_allocate(context, (size_t)count, (size_t)corners, out);
+    for (int32_t f = 0; f < tess->face_count && !result; f++)
+        add_stones(&q, f, out);
     if (!result)
         count_cells(&q, out);
     pv_release(q.corner);
@@ -210,20 +284,31 @@ static pave_result isolate(pave_context *context, const pave_cvd *cvd, const pv_
     return result;
 }
 
-pave_result pv_stones_best(pave_context *context, const pave_image *drawing, const pave_cvd *cvd, pave_stones *out)
+pave_result pv_best_tess(pave_context *context, const pave_image *drawing, const pave_cvd *cvd,
+                         const pave_stones_params *params, pv_tess *out)
 {
-    pv_tess tess = { 0 };
     int64_t h = half_side(cvd);
     pv_assign_params assign = { 2 * h * MATCH_CELLS, 75, 35 };
     pv_realise_params realise = { 2 * h * REALISE_CELLS, ROUNDS, (int32_t)h, (int32_t)(h / 4), (int32_t)(h * 5 / 16),
                                   (int32_t)(h / 8), NULL, NULL };
-    pave_result result = trace(context, drawing, cvd, &out->params, &tess);
+    pave_result result = trace(context, drawing, cvd, params, out);
     if (!result)
-        result = pv_tess_collapse(context, &tess, h / 2, 4, COLLAPSES);
+        result = pv_tess_collapse(context, out, h / 2, 4, COLLAPSES);
     if (!result)
-        result = pv_assign_flats(context, &assign, &tess, 0.3, 0.5);
+        result = pv_assign_flats(context, &assign, out, 0.3, 0.5);
     if (!result)
-        result = pv_realise_flats(context, &realise, &tess, 0.5, 0.8);
+        result = pv_realise_flats(context, &realise, out, 0.5, 0.8);
+#ifndef NDEBUG
+    if (!result)
+        result = pv_tess_check(context, out);
+#endif
+    return result;
+}
+
+pave_result pv_stones_best(pave_context *context, const pave_image *drawing, const pave_cvd *cvd, pave_stones *out)
+{
+    pv_tess tess = { 0 };
+    pave_result result = pv_best_tess(context, drawing, cvd, &out->params, &tess);
     if (!result)
         result = isolate(context, cvd, &tess, out);
     pv_tess_free(&tess);

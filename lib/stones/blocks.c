@@ -5,19 +5,60 @@
 
 #include <string.h>
 
+/* Blocks along a line: `count` in each span. */
+typedef struct axis {
+    int64_t span, count, shift;
+    int32_t first; /* block of all */
+    int32_t whole; /* of the period that works; INT32_MIN: all do */
+} axis;
+
 typedef struct lattice {
-    int64_t side, shift;
-    int32_t left, top; /* the first block */
+    axis x, y;
 } lattice;
 
-static int32_t column_of(const lattice *l, int32_t v)
+static int64_t blocks_in(int64_t side, int64_t period)
 {
-    return (int32_t)pv_floor_div(v + l->shift, l->side);
+    int64_t pairs = (period + side) / (2 * side);
+    return pairs ? 2 * pairs : 2; /* even, so that turns go round */
 }
 
-/* Vertices of faces that reach over more than two blocks stay as they are. */
-static void free_vertices(const pv_tess *tess, const lattice *l, uint8_t *idle)
+int64_t pv_block_length(int64_t side, int64_t period)
 {
+    return period ? pv_ceil_div(period, blocks_in(side, period)) : side;
+}
+
+static int32_t block_at(const axis *a, int64_t v)
+{
+    return (int32_t)pv_floor_div((v + a->shift) * a->count, a->span);
+}
+
+static axis make_axis(int64_t side, int shifted, int64_t period, int has_whole, int32_t whole)
+{
+    axis a = { side, 1, 0, INT32_MAX, INT32_MIN };
+    if (period)
+        a.span = period, a.count = blocks_in(side, period);
+    a.shift = shifted ? a.span / a.count / 2 : 0;
+    if (has_whole)
+        a.whole = block_at(&a, (int64_t)whole - 1) + 1;
+    return a;
+}
+
+static int works(const axis *a, int32_t v)
+{
+    int32_t b = block_at(a, v);
+    return a->whole == INT32_MIN || (b >= a->whole && b < a->whole + a->count);
+}
+
+static int32_t blocks_between(const axis *a, int32_t low, int32_t high)
+{
+    return block_at(a, high) - block_at(a, low);
+}
+
+/* Vertices of faces that reach over more than two blocks stay as they are; copies follow. */
+static void find_idle(const pv_tess *tess, const lattice *l, uint8_t *idle)
+{
+    for (int32_t v = 0; v < tess->vertex_count; v++)
+        idle[v] = !works(&l->x, tess->at[v].x) || !works(&l->y, tess->at[v].y);
     for (int32_t f = 0; f < tess->face_count; f++) {
         int32_t low_x = INT32_MAX, low_y = INT32_MAX, high_x = INT32_MIN, high_y = INT32_MIN;
         for (int64_t p = tess->first[f]; p < tess->first[f + 1]; p++) {
@@ -27,7 +68,7 @@ static void free_vertices(const pv_tess *tess, const lattice *l, uint8_t *idle)
             high_x = c.x > high_x ? c.x : high_x;
             high_y = c.y > high_y ? c.y : high_y;
         }
-        if (column_of(l, high_x) - column_of(l, low_x) < 2 && column_of(l, high_y) - column_of(l, low_y) < 2)
+        if (blocks_between(&l->x, low_x, high_x) < 2 && blocks_between(&l->y, low_y, high_y) < 2)
             continue;
         for (int64_t p = tess->first[f]; p < tess->first[f + 1]; p++)
             idle[tess->corner[p]] = 1;
@@ -37,30 +78,31 @@ static void free_vertices(const pv_tess *tess, const lattice *l, uint8_t *idle)
 static void set_size(const pv_tess *tess, lattice *l, pv_blocks *out)
 {
     int32_t right = INT32_MIN, bottom = INT32_MIN;
-    l->left = l->top = INT32_MAX;
     for (int32_t v = 0; v < tess->vertex_count; v++) {
-        int32_t x = column_of(l, tess->at[v].x), y = column_of(l, tess->at[v].y);
-        l->left = x < l->left ? x : l->left;
-        l->top = y < l->top ? y : l->top;
+        int32_t x = block_at(&l->x, tess->at[v].x), y = block_at(&l->y, tess->at[v].y);
+        l->x.first = x < l->x.first ? x : l->x.first;
+        l->y.first = y < l->y.first ? y : l->y.first;
         right = x > right ? x : right;
         bottom = y > bottom ? y : bottom;
     }
-    l->left -= l->left & 1; /* turns belong to the plane */
-    l->top -= l->top & 1;
-    out->across = right - l->left + 1;
-    out->down = bottom - l->top + 1;
+    l->x.first -= l->x.first & 1; /* turns belong to the plane */
+    l->y.first -= l->y.first & 1;
+    out->across = right - l->x.first + 1;
+    out->down = bottom - l->y.first + 1;
 }
 
 static int64_t block_of(const lattice *l, const pv_blocks *b, pv_cell c)
 {
-    return (int64_t)(column_of(l, c.y) - l->top) * b->across + column_of(l, c.x) - l->left;
+    return (int64_t)(block_at(&l->y, c.y) - l->y.first) * b->across + block_at(&l->x, c.x) - l->x.first;
 }
 
-pave_result pv_blocks_build(pave_context *context, const pv_tess *tess, int64_t side, int shifted, pv_blocks *out)
+pave_result pv_blocks_build(pave_context *context, pv_tess *tess, int64_t side, int shifted, pv_blocks *out)
 {
-    lattice l = { side, shifted ? side / 2 : 0, 0, 0 };
+    lattice l = { make_axis(side, shifted, tess->period.x, tess->has_whole, tess->whole.x),
+                  make_axis(side, shifted, tess->period.y, tess->has_whole, tess->whole.y) };
     pave_result result = PAVE_OK;
     memset(out, 0, sizeof *out);
+    out->tess = tess;
     set_size(tess, &l, out);
     int64_t blocks = (int64_t)out->across * out->down;
     uint8_t *idle = pv_allocate_zeroed(context, (size_t)tess->vertex_count, 1, &result);
@@ -69,7 +111,7 @@ pave_result pv_blocks_build(pave_context *context, const pv_tess *tess, int64_t 
     if (!result)
         out->vertex = pv_allocate(context, (size_t)tess->vertex_count, sizeof *out->vertex, &result);
     if (!result) {
-        free_vertices(tess, &l, idle);
+        find_idle(tess, &l, idle);
         for (int32_t v = 0; v < tess->vertex_count; v++)
             if (!idle[v])
                 out->first[block_of(&l, out, tess->at[v]) + 2]++;
@@ -78,6 +120,11 @@ pave_result pv_blocks_build(pave_context *context, const pv_tess *tess, int64_t 
         for (int32_t v = 0; v < tess->vertex_count; v++)
             if (!idle[v])
                 out->vertex[out->first[block_of(&l, out, tess->at[v]) + 1]++] = v;
+    }
+    if (!result && tess->has_whole) {
+        for (int32_t v = 0; v < tess->vertex_count; v++)
+            idle[v] = works(&l.x, tess->at[v].x) && works(&l.y, tess->at[v].y);
+        result = pv_twins_find(context, tess, idle, &out->twins);
     }
     pv_release(idle);
     return result;
@@ -110,6 +157,7 @@ pave_result pv_blocks_run(pave_context *context, const pv_blocks *blocks, pv_blo
         if (t.across > 0 && down > 0)
             result = pv_parallel(context, t.across * down, run_block, &t, from + (to - from) * k / 4,
                                  from + (to - from) * (k + 1) / 4);
+        pv_twins_follow(&blocks->twins, blocks->tess);
     }
     return result;
 }
@@ -118,5 +166,6 @@ void pv_blocks_free(pv_blocks *blocks)
 {
     pv_release(blocks->first);
     pv_release(blocks->vertex);
+    pv_twins_free(&blocks->twins);
     memset(blocks, 0, sizeof *blocks);
 }

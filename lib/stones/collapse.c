@@ -57,7 +57,8 @@ static int meeting_place(const pv_tess *tess, const short_side *s, pv_cell *out)
     pv_cell a = tess->at[s->a], b = tess->at[s->b];
     if ((tess->kind[s->a] & fixed) && (tess->kind[s->b] & fixed))
         return 0;
-    *out = tess->kind[s->a] & fixed ? a : tess->kind[s->b] & fixed ? b : (pv_cell){ (a.x + b.x) / 2, (a.y + b.y) / 2 };
+    pv_cell middle = { a.x + (b.x - a.x) / 2, a.y + (b.y - a.y) / 2 };
+    *out = tess->kind[s->a] & fixed ? a : tess->kind[s->b] & fixed ? b : middle;
     return 1;
 }
 

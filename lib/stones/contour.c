@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-/* A gate: the middle of a crack of the drawing, px from the raster's corner. */
+/* A gate: the middle of a crack of the drawing, px from the origin. */
 typedef struct gate {
     double x, y;
     int upright; /* the crack is */
@@ -17,6 +17,8 @@ typedef struct sketch {
     pave_context *context;
     const pv_net *net;
     const pv_tess_place *place;
+    int32_t x, y;       /* the origin, px: near what is drawn, so that it is drawn alike wherever it lies */
+    int32_t left, top;  /* of the raster from there, in its own pixels */
     pv_outline *out;
     gate *gates; /* of the chain under way, and REACH before and after it */
     int32_t room, before, count, total;
@@ -46,13 +48,23 @@ static int32_t floor_by(int32_t a, int32_t b)
     return a / b - (a % b < 0);
 }
 
+/* All that is drawn next is counted from the px that holds a junction. */
+static void set_origin(sketch *s, int32_t j)
+{
+    const pv_tess_place *p = s->place;
+    s->x = floor_by(p->x + s->net->x[j], p->scale);
+    s->y = floor_by(p->y + s->net->y[j], p->scale);
+    s->left = p->x - s->x * p->scale;
+    s->top = p->y - s->y * p->scale;
+}
+
 /* The drawing's crack that a crack from (x, y) is part of. */
 static gate gate_of(const sketch *s, int32_t x, int32_t y, int32_t way)
 {
     int32_t scale = s->place->scale;
     int upright = way == 2 || way == 6;
-    x = x - (way == 4) + s->place->x;
-    y = y - (way == 2) + s->place->y;
+    x = x - (way == 4) + s->left;
+    y = y - (way == 2) + s->top;
     double half = 0.5;
     return upright ? (gate){ (double)x / scale, floor_by(y, scale) + half, 1 }
                    : (gate){ floor_by(x, scale) + half, (double)y / scale, 0 };
@@ -177,9 +189,16 @@ static void project(const line *l, double *x, double *y)
     *y -= l->dx * d;
 }
 
-static pv_cell to_grid(double x, double y)
+static pv_cell to_grid(const sketch *s, double x, double y)
 {
-    return (pv_cell){ (int32_t)floor(x * PV_GRID + 0.5), (int32_t)floor(y * PV_GRID + 0.5) };
+    return (pv_cell){ s->x * PV_GRID + (int32_t)floor(x * PV_GRID + 0.5),
+                      s->y * PV_GRID + (int32_t)floor(y * PV_GRID + 0.5) };
+}
+
+static void from_grid(const sketch *s, pv_cell p, double *x, double *y)
+{
+    *x = (double)(p.x - s->x * PV_GRID) / PV_GRID;
+    *y = (double)(p.y - s->y * PV_GRID) / PV_GRID;
 }
 
 static double limit(double v, double low, double high)
@@ -189,8 +208,8 @@ static double limit(double v, double low, double high)
 
 static void raw_place(const sketch *s, int32_t x, int32_t y, double *px, double *py)
 {
-    *px = (double)(s->place->x + x) / s->place->scale;
-    *py = (double)(s->place->y + y) / s->place->scale;
+    *px = (double)(s->left + x) / s->place->scale;
+    *py = (double)(s->top + y) / s->place->scale;
 }
 
 /* The ways from a junction that go along the contour. */
@@ -341,13 +360,14 @@ static void place_rim(const sketch *s, int32_t j, int32_t way, double *x, double
         *x = limit(l.x + l.dx / l.dy * (*y - l.y), *x - 0.5, *x + 0.5);
 }
 
-static void place_junction(const sketch *s, int32_t j)
+static void place_junction(sketch *s, int32_t j)
 {
     const pv_net *net = s->net;
     int32_t x = net->x[j], y = net->y[j], ways[PV_WAYS], scale = s->place->scale, pinch = net->pinch[j];
     int border = x == 0 || y == 0 || x == net->pieces->width || y == net->pieces->height;
     int count = contour_ways(net, j, ways), rough = 0;
     double px, py;
+    set_origin(s, j);
     raw_place(s, x, y, &px, &py);
     for (int32_t way = 0; way < PV_WAYS; way++) {
         int32_t half = net->exits[PV_WAYS * (int64_t)j + way];
@@ -361,7 +381,7 @@ static void place_junction(const sketch *s, int32_t j)
     } else if (!rough && border && count == 1) {
         place_rim(s, j, ways[0], &px, &py);
     }
-    s->out->junction[j] = to_grid(px, py);
+    s->out->junction[j] = to_grid(s, px, py);
     s->out->kind[j] = (uint8_t)((border ? PV_BORDER : 0) | (count ? PV_CONTOUR : 0));
 }
 
@@ -402,7 +422,7 @@ static pave_result add_rough(sketch *s, const pv_chain *c, int all, int64_t *cou
     for (int32_t i = all ? 1 : c->length / 2; i < c->length && i && !result; i += all ? 1 : c->length) {
         double x, y;
         raw_place(s, s->xy[2 * i], s->xy[2 * i + 1], &x, &y);
-        result = add_bend(s, count, to_grid(x, y));
+        result = add_bend(s, count, to_grid(s, x, y));
     }
     return result;
 }
@@ -507,7 +527,7 @@ static pave_result add_between(sketch *s, stretch w, int depth, int64_t *count)
     stretch before = { w.ax, w.ay, x, y, w.from, at }, after = { x, y, w.bx, w.by, at + 1, w.to };
     pave_result result = add_between(s, before, depth + 1, count);
     if (!result)
-        result = add_bend(s, count, to_grid(x, y));
+        result = add_bend(s, count, to_grid(s, x, y));
     return result ? result : add_between(s, after, depth + 1, count);
 }
 
@@ -517,16 +537,17 @@ static pave_result add_contour(sketch *s, const pv_chain *c, int64_t *count)
     pave_result result = read_gates(s, c);
     if (result)
         return result;
-    pv_cell p = s->out->junction[c->from], q = s->out->junction[c->to];
-    stretch w = { (double)p.x / PV_GRID, (double)p.y / PV_GRID, 0, 0, s->before, 0 };
-    double ex = (double)q.x / PV_GRID, ey = (double)q.y / PV_GRID;
+    stretch w = { 0, 0, 0, 0, s->before, 0 };
+    double ex, ey;
+    from_grid(s, s->out->junction[c->from], &w.ax, &w.ay);
+    from_grid(s, s->out->junction[c->to], &ex, &ey);
     for (int32_t seen = w.from; !result && next_corner(s, seen, &corner); seen = corner.gate + APART - 1) {
         if (square(corner.x - w.ax, corner.y - w.ay) < NEAR || square(corner.x - ex, corner.y - ey) < NEAR)
             continue;
         w.bx = corner.x, w.by = corner.y, w.to = corner.gate;
         result = add_between(s, w, 0, count);
         if (!result)
-            result = add_bend(s, count, to_grid(corner.x, corner.y));
+            result = add_bend(s, count, to_grid(s, corner.x, corner.y));
         w.ax = w.bx, w.ay = w.by, w.from = w.to;
     }
     w.bx = ex, w.by = ey, w.to = s->before + s->count;
@@ -547,6 +568,7 @@ pave_result pv_outline_redraw(pave_context *context, const pv_net *net, const pv
         place_junction(&s, j);
     for (int32_t c = 0; c < net->chain_count && !result; c++) {
         out->first[c] = count;
+        set_origin(&s, net->chain[c].from);
         if (out->rough[c])
             result = add_rough(&s, &net->chain[c], out->rough[c] > 1, &count);
         else if (is_contour(net->pieces, &net->chain[c]))

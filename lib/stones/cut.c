@@ -29,6 +29,7 @@ typedef struct node {
 
 typedef struct cutter {
     int32_t width, height; /* of a period */
+    int32_t apart;         /* stones do not overlap, nor may their parts */
     pave_stones *out;      /* its arrays are NULL while parts are counted */
     int64_t corners;
     int32_t site;
@@ -65,8 +66,16 @@ static int32_t list_nodes(const part *p, int axis, int32_t line, node *nodes)
     return n;
 }
 
-/* Joins crossings that are neighbours on the line. */
-static void join(node *nodes, int32_t count)
+static void put_along(node *n, int axis, double along)
+{
+    if (axis)
+        n->at.x = (int32_t)along;
+    else
+        n->at.y = (int32_t)along;
+}
+
+/* Joins crossings that are neighbours on the line; those of stones that lie apart are rounded into the stone. */
+static void join(node *nodes, int32_t count, int axis, int apart)
 {
     int32_t order[2 * MOST], n = 0;
     for (int32_t i = 0; i < count; i++) {
@@ -80,6 +89,10 @@ static void join(node *nodes, int32_t count)
     for (int32_t k = 0; k + 1 < n; k += 2) {
         nodes[order[k]].partner = order[k + 1];
         nodes[order[k + 1]].partner = order[k];
+        if (!apart)
+            continue;
+        put_along(&nodes[order[k]], axis, ceil(nodes[order[k]].along));
+        put_along(&nodes[order[k + 1]], axis, floor(nodes[order[k + 1]].along));
     }
 }
 
@@ -107,14 +120,37 @@ static void walk(node *nodes, int32_t count, int32_t start, part *p)
         p->count--;
 }
 
-/* Rounding can make a part touch itself, or leave hardly anything of it. */
-static int is_fine(part *p)
+static void make_hull(part *p)
 {
-    pv_cell hull[MOST + 1], low = p->at[0], high = p->at[0];
-    if (!pv_ring_valid(p->at, p->count)) {
-        p->count = p->count < 3 ? 0 : pv_convex_hull(p->at, p->count, hull);
-        memcpy(p->at, hull, (size_t)p->count * sizeof *hull);
+    pv_cell hull[MOST + 1];
+    p->count = p->count < 3 ? 0 : pv_convex_hull(p->at, p->count, hull);
+    memcpy(p->at, hull, (size_t)p->count * sizeof *hull);
+}
+
+/* Takes away one corner that sticks out, so that the rest holds; or all. */
+static void trim(part *p)
+{
+    for (int32_t i = 0; i < p->count; i++) {
+        part less = { .count = p->count - 1 };
+        memcpy(less.at, p->at, (size_t)i * sizeof *p->at);
+        memcpy(less.at + i, p->at + i + 1, (size_t)(p->count - 1 - i) * sizeof *p->at);
+        int64_t turn = pv_cell_turn(p->at[(i + p->count - 1) % p->count], p->at[i], p->at[(i + 1) % p->count]);
+        if (turn > 0 && pv_ring_valid(less.at, less.count)) {
+            *p = less;
+            return;
+        }
     }
+    p->count = 0;
+}
+
+/* Rounding can make a part touch itself, or leave hardly anything of it. */
+static int is_fine(part *p, int apart)
+{
+    if (!pv_ring_valid(p->at, p->count) && apart)
+        trim(p);
+    else if (!pv_ring_valid(p->at, p->count))
+        make_hull(p);
+    pv_cell low = p->at[0], high = p->at[0];
     for (int32_t i = 0; i < p->count; i++) {
         low.x = p->at[i].x < low.x ? p->at[i].x : low.x;
         low.y = p->at[i].y < low.y ? p->at[i].y : low.y;
@@ -167,13 +203,13 @@ static void cut(cutter *c, const part *p, int axis, int32_t column)
     }
     node nodes[2 * MOST];
     int32_t count = list_nodes(p, axis, (first + 1) * period, nodes);
-    join(nodes, count);
+    join(nodes, count, axis, c->apart);
     for (int32_t i = 0; i < count; i++) {
         part piece;
         if (nodes[i].partner >= 0 || nodes[i].seen)
             continue;
         walk(nodes, count, i, &piece);
-        if (is_fine(&piece))
+        if (is_fine(&piece, c->apart))
             cut(c, &piece, axis, column);
     }
 }
@@ -193,32 +229,16 @@ static void cut_all(const pave_stones *stones, cutter *c)
     }
 }
 
-static pave_result allocate(pave_context *context, int32_t count, int64_t corners, pave_stones *out)
-{
-    pave_result result = PAVE_OK;
-    out->starts = pv_allocate_zeroed(context, (size_t)count + 1, sizeof *out->starts, &result);
-    if (!result)
-        out->colours = pv_allocate(context, (size_t)count, sizeof *out->colours, &result);
-    if (!result)
-        out->sites = pv_allocate(context, (size_t)count, sizeof *out->sites, &result);
-    if (!result)
-        out->vertices = pv_allocate(context, (size_t)corners, 2 * sizeof *out->vertices, &result);
-    return result;
-}
-
 pave_result pv_stones_cut(pave_context *context, pave_stones *stones)
 {
     pave_stones parts = { .count = 0 };
-    cutter c = { .width = GRID * stones->plane_width, .height = GRID * stones->plane_height, .out = &parts };
+    cutter c = { .width = GRID * stones->plane_width, .height = GRID * stones->plane_height, .out = &parts,
+                 .apart = stones->params.mode == PAVE_MODE_BEST };
     cut_all(stones, &c);
-    pave_result result = allocate(context, parts.count, c.corners, &parts);
+    pave_result result = pv_stones_allocate(context, (size_t)parts.count, (size_t)c.corners, &parts);
     if (!result)
         cut_all(stones, &c);
-    pave_stones *dropped = result ? &parts : stones;
-    pv_release(dropped->starts);
-    pv_release(dropped->vertices);
-    pv_release(dropped->colours);
-    pv_release(dropped->sites);
+    pv_stones_drop(result ? &parts : stones);
     if (result)
         return result;
     stones->starts = parts.starts;

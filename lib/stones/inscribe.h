@@ -3,7 +3,7 @@
 
 #include "util/polygon.h"
 
-enum { PV_STONE_MOST = 256, PV_STONE_SIDES = 12 };
+enum { PV_STONE_MOST = 256, PV_STONE_SIDES = 12, PV_STONE_PARTS = 8 };
 
 /* A cell: a simple ring, counter-clockwise, with its corners marked. */
 typedef struct pv_stone_cell {
@@ -27,6 +27,11 @@ int pv_stone_part(const pv_stone_cell *cell, double most_loss, pv_cell *first, p
 
 /* Marks the corners of a ring by itself: convex by 30 degrees or more. */
 void pv_stone_mark(const pv_cell *ring, int32_t count, uint8_t *corner);
+
+/* Cuts a convex stone across where it is longer than `aspect` times its width, 0: never, in equal parts as many as that
+ * takes, or as `room` corners and PV_STONE_PARTS let be. The parts lie in what the ring was, one after the other, as
+ * many as are returned. */
+int32_t pv_stone_divide(pv_cell *ring, int32_t count, double aspect, int32_t room, int32_t *counts);
 
 /* Does the convex ring lie in the simple one? Exact. */
 int pv_ring_contains(const pv_cell *ring, int32_t count, const pv_cell *convex, int32_t corners);

@@ -4,10 +4,9 @@
 #include "field/field.h"
 #include "image/palette.h"
 #include "stones/stones.h"
+#include "stones/tess.h"
 
 #include "util/polygon.h"
-
-enum { PV_GRID = 1000 }; /* lattice steps to a px */
 
 /* Stones as rings of whole numbers, counter-clockwise, no corner twice in a row. */
 typedef struct pv_survey {

@@ -98,9 +98,11 @@ static pave_result set_rings(pave_context *context, const pv_net *net, const pv_
     return result;
 }
 
-static pave_result assemble(pave_context *context, const pv_net *net, const pv_outline *outline, pv_tess *out)
+static pave_result assemble(pave_context *context, const pv_net *net, const pv_tess_place *place,
+                            const pv_outline *outline, pv_tess *out)
 {
     memset(out, 0, sizeof *out);
+    out->period = (pv_cell){ place->period.x * PV_GRID, place->period.y * PV_GRID };
     pave_result result = allocate(context, net, outline, out);
     if (result)
         return result;
@@ -145,7 +147,7 @@ pave_result pv_tess_build(pave_context *context, const pv_net *net, const pv_tes
     memset(out, 0, sizeof *out);
     while (found && !result) {
         pv_tess_free(out);
-        result = assemble(context, net, outline, out);
+        result = assemble(context, net, place, outline, out);
         if (!result)
             result = find_crossings(context, net, out, outline, &found);
         if (!result && found)

@@ -59,7 +59,7 @@ static pave_result read_runs(work *w, const pv_label_image *image)
         for (int32_t y = 0; y < w->height && !result; y++) {
             if (image->colours)
                 expand_colours(image, y, colours);
-            const int32_t *labels = image->labels + (int64_t)y * w->width;
+            const int32_t *labels = image->labels + (int64_t)y * image->stride;
             int64_t count = row_runs(labels, colours, w->width, pass ? w->runs + w->row[y] : NULL);
             if (!pass)
                 w->row[y + 1] = w->row[y] + count;

@@ -7,6 +7,7 @@
 typedef struct pv_label_image {
     int32_t width, height;
     const int32_t *labels;
+    int32_t stride;         /* of a row of labels */
     int32_t label_count;
     const uint8_t *colours; /* NULL: all of one colour */
     int32_t colour_width;   /* of a row of colours */

@@ -98,11 +98,12 @@ typedef struct realising {
     const void *user;
 } realising;
 
-static int32_t limited(double v, int32_t origin, int32_t reach)
+/* Counted from where it is, so that it is the same wherever that is. */
+static int32_t limited(int32_t here, double way, int32_t origin, int32_t reach)
 {
-    double low = (double)origin - reach, high = (double)origin + reach;
-    v = v < low ? low : v > high ? high : v;
-    return (int32_t)floor(v + 0.5);
+    double low = (double)origin - here - reach, high = (double)origin - here + reach;
+    way = way < low ? low : way > high ? high : way;
+    return here + (int32_t)floor(way + 0.5);
 }
 
 /* Sides that are too short push their ends apart. */
@@ -179,8 +180,8 @@ static void relax_vertex(const realising *r, int32_t v, double stiff, uint8_t ro
     dx *= shorter, dy *= shorter;
     pv_cell here = tess->at[v];
     for (int halving = 0; halving < 3; halving++, dx /= 2, dy /= 2) {
-        pv_cell there = { limited(here.x + dx, r->origin[v].x, r->reach),
-                          limited(here.y + dy, r->origin[v].y, r->reach) };
+        pv_cell there = { limited(here.x, dx, r->origin[v].x, r->reach),
+                          limited(here.y, dy, r->origin[v].y, r->reach) };
         if (abs(there.x - here.x) + abs(there.y - here.y) < STILL)
             return;
         if (gets_short(r, v, there) || !pv_tess_fits(tess, v, there))

@@ -21,8 +21,10 @@ static const pv_param stones_rows[] = {
     PV_REAL(pave_stones_params, small_edge, "half sides", 0, 2, "shorter edges of a stone lose an end"),
     PV_CHOICE(pave_stones_params, joint_style, "paper|even",
               "joints of best mode: as uneven as the text's, or as wide everywhere as the grout"),
-    PV_CHOICE(pave_stones_params, thin, "keep|drop", "lines and spots too thin for a stone, in best mode"),
+    PV_CHOICE(pave_stones_params, thin, "keep|drop|widen", "lines and spots too thin for a stone"),
     PV_CHOICE(pave_stones_params, border, "wrapped|cut", "stones across the border of a periodic plane: whole, or cut"),
+    PV_REAL(pave_stones_params, thin_width, "half sides", 0, 4, "thin features are widened to this, if they are"),
+    PV_REAL(pave_stones_params, aspect, "", 0, 1000, "stones longer than so many widths are cut across; 0: none"),
 };
 
 const pv_table pv_stones_table = PV_TABLE("stones", default_params, stones_rows);
@@ -60,6 +62,8 @@ static pave_result make(pave_context *context, const pave_image *drawing, const 
 {
     pave_result result = stones->params.mode == PAVE_MODE_PAPER ? make_paper(context, drawing, field, cvd, stones)
                                                                 : pv_stones_best(context, drawing, cvd, stones);
+    if (!result && cvd->shifts)
+        result = pv_stones_sort(context, stones);
     if (!result)
         pv_stones_count(cvd, stones);
     if (!result && cvd->repeats && stones->params.border == PAVE_BORDER_CUT)
@@ -92,12 +96,41 @@ double pv_stones_margin(const pave_cvd *cvd, const pave_stones_params *params)
     double radius = (double)cvd->radius / 256, margin = farthest_site(cvd) + 4;
     if (params->mode == PAVE_MODE_PAPER)
         return margin + (2 * (params->passes + 2) + 1) * radius;
-    return (margin + radius) / cvd->scale + pv_best_reach(cvd->params.half_side, radius / cvd->scale);
+    return (margin + radius) / cvd->scale + pv_best_reach(cvd, radius / cvd->scale);
 }
 
-double pv_stones_margin_guess(double half_side, const pave_stones_params *params)
+double pv_stones_margin_guess(int32_t width, int32_t height, int repeats, const pave_cvd_params *params,
+                              const pave_stones_params *stones)
 {
-    return params->mode == PAVE_MODE_PAPER ? 0 : pv_best_reach(half_side, 4 * half_side) + 8 * half_side;
+    pave_cvd cvd = { .scale = 1, .place = { 0, 0, width, height }, .repeats = repeats, .params = *params };
+    const int32_t *w = params->window;
+    cvd.window = w[2] ? (pv_rect){ w[0], w[1], w[2], w[3] } : (pv_rect){ 0, 0, width, height };
+    double h = cvd.params.half_side = pv_half_side(params, width, height);
+    return stones->mode == PAVE_MODE_PAPER || h < 1 ? 0 : pv_best_reach(&cvd, 4 * h) / h + 8;
+}
+
+double pv_stones_thin_width(int32_t width, int32_t height, const pave_cvd_params *cvd,
+                            const pave_stones_params *params)
+{
+    double least = params->thin_width * pv_half_side(cvd, width, height);
+    return params->thin == PAVE_THIN_WIDEN ? fmin(least, 200) : 0;
+}
+
+pave_result pv_stones_widen(pave_context *context, const pave_cvd_params *cvd, const pave_stones_params *params,
+                            int repeats, pave_image **drawing)
+{
+    pave_image *wide = NULL;
+    pv_place plane = (*drawing)->place;
+    double least = pv_stones_thin_width(plane.width, plane.height, cvd, params);
+    if (!(least > 1))
+        return PAVE_OK;
+    int whole = pv_is_whole(&plane, (*drawing)->width, (*drawing)->height);
+    pave_result result = pave_image_widen(context, *drawing, least, repeats && whole, &wide);
+    if (result)
+        return result;
+    pave_image_free(drawing);
+    *drawing = wide;
+    return PAVE_OK;
 }
 
 double pv_stones_room(const pave_cvd *cvd)
@@ -157,8 +190,6 @@ static pave_result check_inputs(pave_context *context, const pave_image *drawing
     if (!covers(&drawing->place, drawing->width, drawing->height, cvd) ||
         !covers(&field->place, field->width, field->height, cvd))
         return pv_fail(context, PAVE_ERR_ARGUMENT, "drawing, field and diagram are not of one size");
-    if (params->mode == PAVE_MODE_BEST && cvd->repeats)
-        return pv_fail(context, PAVE_ERR_UNSUPPORTED, "best mode does not lay periodic planes: take --mode paper");
     if (params->mode == PAVE_MODE_PAPER && cvd->scale > 1)
         return pv_fail(context, PAVE_ERR_ARGUMENT, "the paper's mode takes a diagram on the drawing's own pixels: its "
                        "supersample is %d", (int)cvd->scale);
@@ -230,10 +261,7 @@ void pave_stones_free(pave_stones **stones)
 {
     if (!stones || !*stones)
         return;
-    pv_release((*stones)->starts);
-    pv_release((*stones)->vertices);
-    pv_release((*stones)->colours);
-    pv_release((*stones)->sites);
+    pv_stones_drop(*stones);
     pv_release((*stones)->rgb);
     pv_release((*stones)->mosaic);
     pv_release(*stones);

@@ -77,6 +77,12 @@ pave_result pv_stones_isolate(pave_context *context, const pave_image *drawing, 
 /* best.c: the stones of the best mode; `out` has its window and parameters set. */
 pave_result pv_stones_best(pave_context *context, const pave_image *drawing, const pave_cvd *cvd, pave_stones *out);
 
+/* order.c: arrays for n stones of so many corners, or fewer; without them again; in the order of their sites, for a
+ * window across the border of a plane that repeats has those of the highest numbers first. */
+pave_result pv_stones_allocate(pave_context *context, size_t n, size_t corners, pave_stones *out);
+void pv_stones_drop(pave_stones *stones);
+pave_result pv_stones_sort(pave_context *context, pave_stones *stones);
+
 /* cut.c: cuts stones along the borders of the plane's periods and moves all parts into the first. */
 pave_result pv_stones_cut(pave_context *context, pave_stones *stones);
 
@@ -88,10 +94,22 @@ void pv_stones_count(const pave_cvd *cvd, pave_stones *stones);
  * the whole, and how much deeper it lies; both px. */
 double pv_stones_margin(const pave_cvd *cvd, const pave_stones_params *params);
 double pv_stones_room(const pave_cvd *cvd);
-double pv_stones_margin_guess(double half_side, const pave_stones_params *params);
 
-/* best.c: how far anything in the best mode can be felt where no pixel is farther from its site than `radius`, px. */
-double pv_best_reach(double half_side, double radius);
+/* A guess for a diagram yet to be made of a plane, half sides. */
+double pv_stones_margin_guess(int32_t width, int32_t height, int repeats, const pave_cvd_params *cvd,
+                              const pave_stones_params *params);
+
+/* The drawing with its thin features widened, if that is asked for, in its place. */
+pave_result pv_stones_widen(pave_context *context, const pave_cvd_params *cvd, const pave_stones_params *params,
+                            int repeats, pave_image **drawing);
+
+/* How wide thin features are made, px; 0: they are not. */
+double pv_stones_thin_width(int32_t width, int32_t height, const pave_cvd_params *cvd,
+                            const pave_stones_params *params);
+
+/* best.c: how far around the window a diagram is looked at where no pixel is farther from its site than `radius`,
+ * px. */
+double pv_best_reach(const pave_cvd *cvd, double radius);
 
 /* The diagram's pixels to one of the drawing that a mode is best with. */
 int32_t pv_stones_supersample(const pave_stones_params *params);

@@ -18,6 +18,9 @@ enum {
  * depend on the region: junctions by place, then bends. */
 typedef struct pv_tess {
     int32_t vertex_count, face_count;
+    pv_cell period;    /* of a plane that repeats; 0: it does not */
+    pv_cell whole;     /* where a period begins that is all there, with what is around it, */
+    int32_t has_whole; /* if there is one */
     pv_cell *at;       /* in the plane */
     uint8_t *kind;
     int32_t *flat;     /* the face in which the vertex is to lie on a straight side, -1: none */
@@ -36,6 +39,7 @@ typedef struct pv_tess {
 typedef struct pv_tess_place {
     int32_t x, y, scale;
     double slide;
+    pv_cell period; /* px, of a plane that repeats; 0: it does not */
 } pv_tess_place;
 
 static inline int32_t pv_tess_size(const pv_tess *tess, int32_t face)
@@ -70,3 +74,10 @@ pave_result pv_tess_compact(pave_context *context, pv_tess *tess);
 pave_result pv_tess_check(pave_context *context, const pv_tess *tess);
 
 void pv_tess_free(pv_tess *tess);
+
+/* best.c: the tessellation that the stones of a diagram are cut from. */
+struct pave_image;
+struct pave_cvd;
+struct pave_stones_params;
+pave_result pv_best_tess(pave_context *context, const struct pave_image *drawing, const struct pave_cvd *cvd,
+                         const struct pave_stones_params *params, pv_tess *out);

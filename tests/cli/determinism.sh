@@ -33,6 +33,14 @@ for backend in $backends; do
   same "$backend until still, over-relaxed"
 done
 mv "$work/twenty.svg" "$work/first.svg"
+threads=1
+for backend in $backends; do
+  lay --seed 7 --mode best --backend $backend --threads $threads -o "$work/$backend-best.svg"
+  cmp "$work/cpu-best.svg" "$work/$backend-best.svg" || { echo "differs: best mode, $backend" >&2; failed=1; }
+  threads=$((threads % 7 * 2 + 1)) # 1, 3, 7, 1 ...
+done
+lay --seed 7 --mode best --threads 2 -o "$work/x.svg"
+cmp "$work/cpu-best.svg" "$work/x.svg" || { echo "differs: best mode, 2 threads" >&2; failed=1; }
 LC_ALL=de_DE.UTF-8 lay --seed 7 -o "$work/x.svg"
 same "another locale"
 lay --seed 8 -o "$work/x.svg"

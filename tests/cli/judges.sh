@@ -50,8 +50,14 @@ done
 
 count=0
 for drawing in "$PAVE_SHARED"/data/drawings/*.png; do
-  "$pave" lay "$drawing" -o "$work/x.svg" 2>"$work/err" && [ ! -s "$work/err" ] ||
+  "$pave" lay "$drawing" --mode best --grout 0 -o "$work/x.svg" 2>"$work/err" && [ ! -s "$work/err" ] ||
     { echo "$drawing: $(cat "$work/err")"; failed=1; }
+  "$pave" measure "$drawing" "$work/x.svg" --quiet --json >"$work/m.json"
+  /usr/bin/python3 -c '
+import json, sys
+m = json.load(open(sys.argv[1]))
+assert m["overlapping"] == 0 and m["overlap"] == 0 and m["invalid"] == 0 and m["clockwise"] == 0, m
+assert m["mismatch"] <= 0.003 and m["straddlers"] <= 0.02, m' "$work/m.json" || { echo "$drawing"; failed=1; }
   count=$((count + 1))
 done
 echo "$count drawings laid"

@@ -21,6 +21,7 @@ def write(name, width, height, waves):
     v = np.sin(2 * np.pi * waves * y / height + 1.5 * np.sin(2 * np.pi * x / width)) > 0.2
     open(name, "wb").write(b"P5 %d %d 255\n" % (width, height) + (255 * v).astype(np.uint8).tobytes())
 write("waves.pgm", 256, 192, 2)
+write("middle.pgm", 300, 250, 3)
 write("large.pgm", 900, 700, 7)
 write("small.pgm", 64, 48, 1)'
 
@@ -43,6 +44,23 @@ assert w == c
 assert np.abs(cv2.imread("wrapped.png").astype(int) - cv2.imread("cut.png")).max() <= 2' || fail "the reports or the pictures"
 "$pave" merge cut.stones --quiet -o again.svg
 same cut.svg again.svg "parts of stones through a file"
+
+# Best mode: stones and their copies around them cover everything once, whichever period is looked at
+"$pave" lay waves.pgm --periodic --mode best --grout 0 --quiet -o best.svg
+"$pave" lay waves.pgm --periodic --mode best --grout 0 --border cut --quiet -o best-cut.svg
+"$pave" lay waves.pgm --periodic --mode best --grout 0 --quiet --window 100,150,256,192 -o elsewhere.stones
+"$pave" merge elsewhere.stones --quiet -o elsewhere.svg
+same best.svg elsewhere.svg "the border elsewhere, best mode"
+/usr/bin/python3 "$root/tests/cli/tiled.py" "$pave" waves.pgm best.svg best-cut.svg || fail "best mode at the border"
+for h in 2 4; do
+  options="--periodic --mode best --half-side $h --iterations 3 --border cut --quiet"
+  "$pave" lay middle.pgm $options -o best.svg
+  for window in 250,200,150,125 100,200,150,125 250,75,150,125 100,75,150,125; do
+    "$pave" lay middle.pgm $options --window $window -o best-$window.stones
+  done
+  "$pave" merge best-*.stones --quiet -o merged.svg
+  same best.svg merged.svg "windows in best mode, h = $h"
+done
 
 # The same from windows that lie across the borders, by one period or on their own
 options="--periodic --half-side 2 --iterations 2 --window-margin 32 --quiet"
@@ -78,6 +96,11 @@ echo "$shards shards"
 [ "$(grep -c polygon big.svg)" -gt 6 ] || fail "a few large stones"
 "$pave" lay small.pgm --periodic --stones 1 --border cut --quiet -o one.svg -o one.json
 /usr/bin/python3 -c 'import json; r = json.load(open("one.json")); assert r["stones"] == 1, r' || fail "one stone"
+"$pave" lay small.pgm --periodic --mode best --half-side 5 --border cut --quiet -o big.svg
+[ "$(grep -c polygon big.svg)" -gt 25 ] || fail "a few large stones in best mode"
+"$pave" lay small.pgm --periodic --mode best --half-side 5 --border cut --quiet --window 50,40,64,48 -o big.stones
+"$pave" merge big.stones --quiet -o again.svg
+same big.svg again.svg "a few large stones in best mode, the border elsewhere"
 
 backends="cpu-portable vulkan-compute vulkan-raster gles"
 threads=1

@@ -62,6 +62,24 @@ for wait in 0.01 0.03 0.05 0.1; do
 done
 [ "$(ls -A plan.json.parts | wc -l)" -eq "$shards" ] || fail "a killed merge took parts away"
 
+# Best mode
+/usr/bin/python3 -c '
+import sys
+from PIL import Image
+strip = Image.new("L", (2048, 160))
+for x in (0, 1024):
+    strip.paste(Image.open(sys.argv[1]).crop((0, 200, 1024, 360)), (x, 0))
+strip.save("strip.png")' drawing.png
+"$pave" lay strip.png --mode best --half-side 1 --iterations 1 --quiet -o best.svg
+shard=$("$pave" plan strip.png --mode best --half-side 1 --iterations 1 --memory 172M -o best.json)
+[ "$shard" -gt 3 ] || fail "best mode has only $shard shards"
+while [ "$shard" -gt 0 ]; do
+  shard=$((shard - 1))
+  "$pave" lay --manifest best.json --shard $shard --quiet
+done
+"$pave" merge --manifest best.json --quiet -o merged.svg
+cmp best.svg merged.svg || fail "the shards of best mode differ from the whole"
+
 refuse() {
   status=$1 words=$2 code=0
   shift 2

@@ -45,6 +45,23 @@ echo rubbish >kept.svg.parts/000000.stones
 "$pave" lay "$drawing" $options --seed 5 -o seed5.svg
 cmp kept.svg seed5.svg || fail "rubbish among the windows"
 
+# Best mode needs more around a window, and more for each pixel
+/usr/bin/python3 -c '
+import sys
+from PIL import Image
+strip = Image.new("L", (2048, 160))
+for x in (0, 1024):
+    strip.paste(Image.open(sys.argv[1]).crop((0, 200, 1024, 360)), (x, 0))
+strip.save("strip.png")' "$drawing"
+best="--mode best --half-side 1 --iterations 2 --quiet"
+"$pave" lay strip.png $best -o best.svg
+"$pave" lay strip.png $best --memory 172M -o parts.svg
+cmp best.svg parts.svg || fail "window by window best mode differs"
+"$pave" plan strip.png $best --memory 172M -o plan.json
+/usr/bin/python3 -c '
+import json
+assert len(json.load(open("plan.json"))["windows"]) > 3' || fail "the plan for best mode has too few windows"
+
 refuse() {
   status=$1 words=$2
   shift 2

@@ -8,6 +8,10 @@ trap 'rm -rf "$work"' EXIT
 failed=0
 drawing=$root/examples/drawings/copacabana.png
 width=1024 height=640
+/usr/bin/python3 -c '
+import sys
+from PIL import Image
+Image.open(sys.argv[1]).crop((0, 200, 1024, 320)).save(sys.argv[2])' "$drawing" "$work/strip.png"
 
 polygons() { grep -h '<polygon' "$@" | LC_ALL=C sort; }
 
@@ -45,6 +49,10 @@ compare() {
 
 compare 2 2 --half-side 4
 compare 5 3 --half-side 2 --iterations 4 --relaxation 1.6
+compare 2 2 --mode best --half-side 1.3 --iterations 2 --threads 2
+drawing=$work/strip.png height=120
+compare 5 3 --mode best --half-side 1.2 --iterations 3 --grout 0.3 --thin drop --threads 7
+drawing=$root/examples/drawings/copacabana.png height=640
 compare 3 1 --half-side 1.7 --iterations 3 --passes 0 --grout 0
 compare 2 2 --half-side 2.5 --iterations 5 --metric euclid --seed 9 --threads 7 --backend cpu-portable
 for backend in vulkan-compute vulkan-raster gles; do
