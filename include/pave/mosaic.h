@@ -60,12 +60,14 @@ typedef struct pave_mosaic_params {
     double delta;             /* paper mode: side of a tile, sides of its cell */
     int32_t shape;            /* paper mode: PAVE_TILE_ */
     int32_t colour;           /* PAVE_COLOUR_: mean under the tile in linear light, or the pixel at its centre */
+    int32_t periodic;         /* 1: the photo's opposite borders meet, and so do the tiles across them */
+    int32_t chips;            /* best mode: 1: small pieces fill the gaps that are wide enough for them */
 } pave_mosaic_params;
 
 #define PAVE_MOSAIC_PARAMS_INIT \
     { sizeof(pave_mosaic_params), PAVE_MODE_BEST, 2000, 0.0, 1.0, 1, PAVE_DIRECTION_AUTO, 0.5, PAVE_SIZE_EVEN, \
       0.7, 0.5, PAVE_PYRAMID_SQUARE, PAVE_START_JITTER, 40, 20, 1, 1.4, 0.2, 0.05, 0.8, PAVE_TILE_SQUARE, \
-      PAVE_COLOUR_AREA }
+      PAVE_COLOUR_AREA, 0, 0 }
 
 PAVE_API void pave_mosaic_params_init(pave_mosaic_params *params, size_t size);
 PAVE_API void pave_mosaic_sources_init(pave_mosaic_sources *sources, size_t size);

@@ -264,9 +264,15 @@ static double mean(const judgement *j, size_t offset)
     return count > 0 ? sum / count : 0;
 }
 
+static double pixels_of(const pv_work *w)
+{
+    const pv_work *photo = w->period ? w->period : w;
+    return (double)photo->width * photo->height;
+}
+
 static void sum_up(const judgement *j, double *values, pave_mosaic_measure *m)
 {
-    double pixels = (double)j->w->width * j->w->height, n = j->stones->count ? j->stones->count : 1;
+    double pixels = pixels_of(j->w), n = j->stones->count ? j->stones->count : 1;
     double root = 0, square = 0;
     for (int32_t i = 0; i < j->stones->count; i++) {
         const verdict *v = &j->verdicts[i];
@@ -304,7 +310,7 @@ static pave_result judge(pave_context *context, judgement *j, pave_mosaic_measur
     if (!result)
         sum_up(j, values, m);
     if (!result)
-        result = pv_overlap(context, j->stones, &m->overlap);
+        result = pv_overlap(context, j->stones, j->w->period != NULL, &m->overlap);
     pv_release(values);
     pv_release(j->verdicts);
     pv_release(r.pixel);
@@ -319,6 +325,6 @@ pave_result pv_mosaic_judge(pave_context *context, const pv_work *w, const pave_
     *m = (pave_mosaic_measure){ .size = sizeof *m, .tiles = stones->count, .lost = w->n - stones->mosaic->served,
                                 .singularities = w->guide->singularities, .tile_side = w->side };
     pave_result result = judge(context, &j, m);
-    m->overlap /= (double)w->width * w->height;
+    m->overlap /= pixels_of(w);
     return result;
 }

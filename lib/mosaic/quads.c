@@ -24,8 +24,10 @@ static pave_result trace(pave_context *context, const pv_work *w, pv_tess *tess)
     pv_net net = { 0 };
     pv_outline outline = { 0 };
     pv_tess_place place = { 0, 0, 1, w->side / 2, { 0, 0 } };
+    if (w->period)
+        place.period = (pv_cell){ w->period->width, w->period->height };
     pv_label_image image = { .width = w->width, .height = w->height, .labels = w->cvd->labels,
-                             .stride = w->width, .label_count = w->n + 1, .scale = 1 };
+                             .stride = w->width, .label_count = w->cvd->site_count + 1, .scale = 1 };
     double least = w->side * (w->size ? w->size_min : 1) / 3;
     result = pv_pieces_split(context, &image, (int64_t)(least * least) + 1, 1, &pieces);
     if (!result)
@@ -34,6 +36,8 @@ static pave_result trace(pave_context *context, const pv_work *w, pv_tess *tess)
         result = pv_outline_draw(context, &net, &place, &outline);
     if (!result)
         result = pv_tess_build(context, &net, &place, &outline, tess);
+    tess->has_whole = w->period != NULL;
+    tess->whole = (pv_cell){ w->margin * PV_GRID, w->margin * PV_GRID };
     pv_outline_free(&outline);
     pv_net_free(&net);
     pv_pieces_free(&pieces);
@@ -258,7 +262,7 @@ static void cut_tiles(void *data, int32_t task, int32_t worker)
     (void)worker;
     for (int32_t f = task * TASK; f < (task + 1) * TASK && f < c->tess->face_count; f++) {
         pv_cell tile[PV_STONE_MOST];
-        c->count[f] = c->tess->label[f] < c->w->n ? cut_tile(c, f, tile) : 0;
+        c->count[f] = pv_is_tile(c->w, c->tess->label[f]) ? cut_tile(c, f, tile) : 0;
         memcpy(c->corner + place_of(c, f), tile, (size_t)c->count[f] * sizeof *tile);
     }
 }
@@ -298,14 +302,15 @@ static pave_result isolate(pave_context *context, cutting *c, pave_stones *out)
     return result;
 }
 
-pave_result pv_quads_cut(pave_context *context, const pv_work *w, int plain, pave_stones *out)
+pave_result pv_quads_cut(pave_context *context, const pv_work *w, int plain, int *closed, pave_stones *out)
 {
     pv_tess tess = { 0 };
     pave_result result = trace(context, w, &tess);
     if (!result && !plain)
         result = shape(context, w, &tess);
     cutting c = { w, &tess, plain, NULL, NULL };
-    if (!result)
+    *closed = !result && (!w->period || pv_period_closes(w, &tess));
+    if (!result && *closed)
         result = isolate(context, &c, out);
     pv_tess_free(&tess);
     return result;

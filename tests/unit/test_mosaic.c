@@ -123,11 +123,12 @@ static void engines_and_threads_agree(void **state)
 {
     int32_t backends[MOST_BACKENDS], count = usable_backends(*state, backends);
     pave_image *photo = photo_of(*state, 150, 130);
-    for (int diamond = 0; diamond < 2; diamond++) {
+    for (int kind = 0; kind < 3; kind++) {
         pave_mosaic_params params = params_of(PAVE_MODE_BEST, 150);
         pave_stones *first = NULL;
-        params.pyramid = diamond;
-        params.aspect = 1 + diamond;
+        params.pyramid = kind == 1;
+        params.aspect = 1 + (kind == 1);
+        params.periodic = kind == 2;
         for (int k = 0; k < count; k++) {
             pave_mosaic_sources sources = PAVE_MOSAIC_SOURCES_INIT;
             pave_context *context = make_context(1 + k % 3, backends[k]);
@@ -145,6 +146,102 @@ static void engines_and_threads_agree(void **state)
         pave_stones_free(&first);
     }
     pave_image_free(&photo);
+}
+
+static int holds(const pave_stones *stones, int32_t tile, double x, double y)
+{
+    const double *p = pave_stones_vertices(stones);
+    int64_t first = pave_stones_starts(stones)[tile], end = pave_stones_starts(stones)[tile + 1];
+    int inside = 0;
+    for (int64_t i = first, k = end - 1; i < end; k = i++)
+        if ((p[2 * i + 1] > y) != (p[2 * k + 1] > y) &&
+            x < p[2 * i] + (y - p[2 * i + 1]) * (p[2 * k] - p[2 * i]) / (p[2 * k + 1] - p[2 * i + 1]))
+            inside = !inside;
+    return inside;
+}
+
+/* How many tiles and copies of tiles hold a point. */
+static int covers(const pave_stones *stones, int32_t width, int32_t height, double x, double y)
+{
+    int count = 0;
+    for (int32_t i = 0; i < pave_stones_count(stones); i++)
+        for (int k = 0; k < 9; k++)
+            count += holds(stones, i, x + (k % 3 - 1) * width, y + (k / 3 - 1) * height);
+    return count;
+}
+
+/* Shares of points of lines, along a border or not, that no tile holds; none may be held twice. */
+static double bare_share(const pave_stones *stones, int32_t width, int32_t height, int border)
+{
+    int bare = 0, all = 0;
+    for (int32_t line = 0; line < 6; line++)
+        for (int32_t i = 0; i < 200; i++, all++) {
+            double off = (line % 3 - 1) * 0.301 + 0.007, along = i / 200.0;
+            double across = border ? off : (line < 3 ? width : height) * 0.37 + off;
+            int count = covers(stones, width, height, line < 3 ? across : along * width + 0.123,
+                               line < 3 ? along * height + 0.123 : across);
+            assert_true(count <= 1);
+            bare += !count;
+        }
+    return (double)bare / all;
+}
+
+static void periodic_mosaics_have_no_seam(void **state)
+{
+    enum { WIDTH = 150, HEIGHT = 118 };
+    pave_context *context = *state;
+    pave_image *photo = photo_of(context, WIDTH, HEIGHT);
+    for (int kind = 0; kind < 4; kind++) {
+        pave_mosaic_params params = params_of(kind < 3 ? PAVE_MODE_BEST : PAVE_MODE_PAPER, kind == 2 ? 12 : 150);
+        int across = 0;
+        params.periodic = 1;
+        params.joint = kind == 1 ? 0.05 : 0;
+        params.shape = PAVE_TILE_CELL;
+        pave_stones *stones = lay(context, photo, &params);
+        pave_mosaic_measure m = measure_of(context, stones);
+        double bare = bare_share(stones, WIDTH, HEIGHT, 1), inside = bare_share(stones, WIDTH, HEIGHT, 0);
+        assert_true(m.overlap == 0 && m.lost <= 1 && m.coverage > (kind == 1 ? 0.885 : 0.985));
+        assert_true(m.coverage <= 1 + 1e-9 && bare < (kind == 1 ? 0.17 : 0.02) && fabs(bare - inside) < 0.08);
+        for (int64_t i = 0; i < pave_stones_starts(stones)[pave_stones_count(stones)]; i++)
+            across += pave_stones_vertices(stones)[2 * i] < -1 || pave_stones_vertices(stones)[2 * i] > WIDTH + 1;
+        assert_true(across > 0);
+        pave_stones_free(&stones);
+    }
+    pave_image_free(&photo);
+}
+
+/* Of a mask with a line that goes on across the borders; with sizes and holes that do. */
+static void periodic_mosaics_of_all_that_is_given(void **state)
+{
+    enum { WIDTH = 131, HEIGHT = 97 };
+    pave_context *context = *state;
+    uint8_t *line = calloc(WIDTH * HEIGHT, 1), *rgba = malloc(4 * WIDTH * HEIGHT);
+    for (int32_t i = 0; i < WIDTH * HEIGHT; i++) {
+        int32_t x = i % WIDTH, y = i / WIDTH, hole = (x + 20) % WIDTH < 40 && (y + 20) % HEIGHT < 40;
+        memset(rgba + 4 * i, 100 + x / 2, 4);
+        rgba[4 * i + 3] = hole ? 0 : 255;
+        line[i] = abs(x - y) < 2 || abs(x - y - HEIGHT) < 2 ? 255 : 0;
+    }
+    pave_image *photo = image_of(context, WIDTH, HEIGHT, 4, PAVE_U8, 3, rgba);
+    pave_image *edges = image_of(context, WIDTH, HEIGHT, 1, PAVE_U8, -1, line);
+    for (int kind = 0; kind < 4; kind++) {
+        pave_mosaic_sources sources = PAVE_MOSAIC_SOURCES_INIT;
+        pave_mosaic_params params = params_of(kind % 2 ? PAVE_MODE_BEST : PAVE_MODE_PAPER, 200);
+        pave_stones *stones = NULL;
+        params.periodic = 1;
+        params.size_from = kind < 2 ? PAVE_SIZE_EVEN : PAVE_SIZE_DETAIL;
+        sources.photo = photo;
+        sources.edges = edges;
+        assert_ok(pave_mosaic_create(context, &sources, NULL, &params, &stones));
+        pave_mosaic_measure m = measure_of(context, stones);
+        assert_true(m.tiles + m.lost >= 200 && m.overlap < (kind % 2 ? 1e-12 : 0.03));
+        assert_int_equal(kind % 2 ? covers(stones, WIDTH, HEIGHT, 0.5, 0.5) : 0, 0);
+        pave_stones_free(&stones);
+    }
+    pave_image_free(&photo);
+    pave_image_free(&edges);
+    free(line);
+    free(rgba);
 }
 
 static void sizes_are_met(void **state)
@@ -351,6 +448,8 @@ int main(void)
         cmocka_unit_test(best_mode_reaches_its_bars),
         cmocka_unit_test(paper_mode_lays_plain_tiles),
         cmocka_unit_test(engines_and_threads_agree),
+        cmocka_unit_test(periodic_mosaics_have_no_seam),
+        cmocka_unit_test(periodic_mosaics_of_all_that_is_given),
         cmocka_unit_test(sizes_are_met),
         cmocka_unit_test(transparent_regions_stay_free),
         cmocka_unit_test(any_kind_of_photo),
