@@ -256,15 +256,34 @@ pave_result pv_edges_take(pave_context *context, const pave_image *mask, pave_gu
     return thin(context, guide);
 }
 
+enum { MOST_ROUNDS = 64 }; /* that a line may go around a photo whose borders meet */
+
+/* Cuts the part of a line, 0..1, in which from + t * way is within 0..length. */
+static void cut_part(double from, double way, double length, double part[2])
+{
+    double one = -from / way, other = (length - from) / way;
+    if (way == 0) {
+        part[1] = from >= 0 && from <= length ? part[1] : -1;
+        return;
+    }
+    part[0] = fmax(part[0], fmin(one, other));
+    part[1] = fmin(part[1], fmax(one, other));
+}
+
+/* No more of it is gone along than may be seen. */
 static void draw_line(pave_guide *guide, const double *a, const double *b)
 {
-    double dx = b[0] - a[0], dy = b[1] - a[1], most = fmax(fabs(dx), fabs(dy));
-    if (!(most < 1e7))
+    double dx = b[0] - a[0], dy = b[1] - a[1], most = fmax(fabs(dx), fabs(dy)), part[2] = { 0, 1 };
+    if (!guide->wraps) {
+        cut_part(a[0], dx, guide->width, part);
+        cut_part(a[1], dy, guide->height, part);
+    }
+    if (!(most < (guide->wraps ? MOST_ROUNDS * (double)(guide->width + guide->height) : 1e9)) || part[0] > part[1])
         return;
-    int32_t steps = (int32_t)ceil(most) + 1;
+    int64_t steps = (int64_t)ceil(most) + 1, last = (int64_t)ceil(part[1] * (double)steps);
     double d2 = dx * dx + dy * dy, c = d2 > 0 ? (dx * dx - dy * dy) / d2 : 0, s = d2 > 0 ? 2 * dx * dy / d2 : 0;
-    for (int32_t i = 0; i <= steps; i++) {
-        double x = floor(a[0] + dx * i / steps), y = floor(a[1] + dy * i / steps);
+    for (int64_t i = (int64_t)floor(part[0] * (double)steps); i <= last; i++) {
+        double x = floor(a[0] + dx * (double)i / (double)steps), y = floor(a[1] + dy * (double)i / (double)steps);
         if (guide->wraps) {
             x -= floor(x / guide->width) * guide->width;
             y -= floor(y / guide->height) * guide->height;

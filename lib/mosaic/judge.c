@@ -240,7 +240,7 @@ static int ascending(const void *a, const void *b)
     return (p > q) - (p < q);
 }
 
-/* The value that a share of those that apply does not reach. */
+/* The value that a share of those that apply does not reach; between two of them as near to each as the share is. */
 static double rank(const judgement *j, size_t offset, double share, double *values)
 {
     int32_t count = 0;
@@ -250,7 +250,11 @@ static double rank(const judgement *j, size_t offset, double share, double *valu
             values[count++] = v;
     }
     qsort(values, (size_t)count, sizeof *values, ascending);
-    return count ? values[(int32_t)(share * (count - 1) + 0.5)] : 0;
+    if (!count)
+        return 0;
+    double at = share * (count - 1);
+    int32_t below = (int32_t)at, above = below + 1 < count ? below + 1 : below;
+    return values[below] + (at - below) * (values[above] - values[below]);
 }
 
 static double mean(const judgement *j, size_t offset)

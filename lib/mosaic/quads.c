@@ -14,7 +14,9 @@
 
 enum { BLOCK_TILES = 8, MOST_CORNERS = 16 };
 
-#define SIZE_PULL 0.5 /* how far a rectangle goes towards the size that is wanted */
+#define SIZE_PULL 0.5 /* how far a rectangle goes towards the size that is wanted, */
+#define ASPECT_PULL 0.15 /* and towards the wanted ratio of its sides */
+#define FIELD_WEIGHT 1.2 /* of the field in a rectangle's direction, its own sides' being 1 */
 
 /* Labels into faces: holes are labels of their own, at the end. */
 static pave_result trace(pave_context *context, const pv_work *w, pv_tess *tess)
@@ -91,11 +93,18 @@ static int corners_of(const pv_tess *tess, int32_t face, pv_cell *out)
     return count;
 }
 
+static int32_t direction_at(const pv_work *w, const rectangle *r)
+{
+    int32_t x = pv_inside((int32_t)(r->x / PV_GRID), w->width, 0);
+    int32_t y = pv_inside((int32_t)(r->y / PV_GRID), w->height, 0);
+    return w->guide->direction[(int64_t)y * w->width + x];
+}
+
 /* Its direction is between that of the sides and the field's. */
 static void turn_rectangle(const pv_work *w, const pv_cell *corner, int count, rectangle *r)
 {
     double c4 = 0, s4 = 0, around = 0;
-    int32_t fc, fs, px = (int32_t)(r->x / PV_GRID), py = (int32_t)(r->y / PV_GRID);
+    int32_t fc, fs;
     for (int i = 0; i < count; i++) {
         pv_cell a = corner[i], b = corner[i + 1 < count ? i + 1 : 0];
         double dx = (double)b.x - a.x, dy = (double)b.y - a.y, d2 = dx * dx + dy * dy, length = sqrt(d2);
@@ -104,11 +113,9 @@ static void turn_rectangle(const pv_work *w, const pv_cell *corner, int count, r
         s4 += length * 2 * c * s;
         around += length;
     }
-    px = px < 0 ? 0 : px < w->width ? px : w->width - 1;
-    py = py < 0 ? 0 : py < w->height ? py : w->height - 1;
-    pv_turn(4 * w->guide->direction[(int64_t)py * w->width + px], &fc, &fs);
-    c4 += around * fc / 65536;
-    s4 += around * fs / 65536;
+    pv_turn(4 * direction_at(w, r), &fc, &fs);
+    c4 += FIELD_WEIGHT * around * fc / 65536;
+    s4 += FIELD_WEIGHT * around * fs / 65536;
     for (int halving = 0; halving < 2; halving++) { /* the root of the unit vector, twice */
         double length = sqrt(c4 * c4 + s4 * s4), c = length > 0 ? c4 / length : 1;
         c4 = sqrt(fmax(0, (1 + c) / 2));
@@ -116,6 +123,14 @@ static void turn_rectangle(const pv_work *w, const pv_cell *corner, int count, r
     }
     r->c = c4;
     r->s = s4;
+}
+
+/* Does the field go along the rectangle's first direction rather than across? */
+static int lies_along(const pv_work *w, const rectangle *r)
+{
+    int32_t fc, fs;
+    pv_turn(direction_at(w, r), &fc, &fs);
+    return fabs(fc * r->c + fs * r->s) >= fabs(fs * r->c - fc * r->s);
 }
 
 static int rectangle_of(const pv_work *w, const pv_tess *tess, int32_t face, rectangle *r)
@@ -136,9 +151,10 @@ static int rectangle_of(const pv_work *w, const pv_tess *tess, int32_t face, rec
         r->b += fabs(dy * r->c - dx * r->s) / count;
     }
     double wanted = pv_wanted_side(w, r->x / PV_GRID, r->y / PV_GRID) * PV_GRID / 2, is = sqrt(r->a * r->b);
-    double grow = is > 0 ? 1 + SIZE_PULL * (wanted / is - 1) : 1;
-    r->a *= grow;
-    r->b *= grow;
+    double grow = is > 0 ? 1 + SIZE_PULL * (wanted / is - 1) : 1, stretch = sqrt(w->params->aspect);
+    double a = is * (lies_along(w, r) ? stretch : 1 / stretch), b = is * is / fmax(a, 1);
+    r->a = grow * (r->a + ASPECT_PULL * (a - r->a));
+    r->b = grow * (r->b + ASPECT_PULL * (b - r->b));
     return 1;
 }
 
