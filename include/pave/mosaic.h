@@ -61,7 +61,8 @@ typedef struct pave_mosaic_params {
     int32_t shape;            /* paper mode: PAVE_TILE_ */
     int32_t colour;           /* PAVE_COLOUR_: mean under the tile in linear light, or the pixel at its centre */
     int32_t periodic;         /* 1: the photo's opposite borders meet, and so do the tiles across them */
-    int32_t chips;            /* best mode: 1: small pieces fill the gaps that are wide enough for them */
+    int32_t chips;            /* best mode: 1: all tiles have four corners if they can, and chips fill what
+                                 they leave free */
 } pave_mosaic_params;
 
 #define PAVE_MOSAIC_PARAMS_INIT \
@@ -108,7 +109,7 @@ PAVE_API pave_result pave_mosaic_create(pave_context *context, const pave_mosaic
 /* What a mosaic is judged by, with the names of docs/mosaic.md. */
 typedef struct pave_mosaic_measure {
     size_t size;
-    int32_t tiles;         /* polygons that came out */
+    int32_t tiles;         /* polygons that came out, without chips */
     int32_t lost;          /* sites without one */
     int32_t singularities; /* of the field */
     double tile_side;      /* d, px */
@@ -125,6 +126,8 @@ typedef struct pave_mosaic_measure {
     double delta_e_p95;
     double sizes_met;      /* share of tiles with a side within 25 % of the wanted one */
     double size_error;     /* mean of |side / wanted side - 1| */
+    int32_t chips;         /* the last of the stones: they count only for coverage and overlap */
+    int32_t reserved;      /* 0 */
 } pave_mosaic_measure;
 
 /* Fills `measure`, whose size must be set. PAVE_ERR_ARGUMENT if the stones are no mosaic. */

@@ -240,11 +240,17 @@ static int ascending(const void *a, const void *b)
     return (p > q) - (p < q);
 }
 
+/* Chips are not judged by themselves. */
+static int32_t tiles_of(const pave_stones *s)
+{
+    return s->count - s->mosaic->chips;
+}
+
 /* The value that a share of those that apply does not reach; between two of them as near to each as the share is. */
 static double rank(const judgement *j, size_t offset, double share, double *values)
 {
     int32_t count = 0;
-    for (int32_t i = 0; i < j->stones->count; i++) {
+    for (int32_t i = 0; i < tiles_of(j->stones); i++) {
         double v = *(const double *)(const void *)((const char *)&j->verdicts[i] + offset);
         if (v >= 0)
             values[count++] = v;
@@ -260,7 +266,7 @@ static double rank(const judgement *j, size_t offset, double share, double *valu
 static double mean(const judgement *j, size_t offset)
 {
     double sum = 0, count = 0;
-    for (int32_t i = 0; i < j->stones->count; i++) {
+    for (int32_t i = 0; i < tiles_of(j->stones); i++) {
         double v = *(const double *)(const void *)((const char *)&j->verdicts[i] + offset);
         if (v >= 0)
             sum += v, count++;
@@ -276,11 +282,13 @@ static double pixels_of(const pv_work *w)
 
 static void sum_up(const judgement *j, double *values, pave_mosaic_measure *m)
 {
-    double pixels = pixels_of(j->w), n = j->stones->count ? j->stones->count : 1;
+    double pixels = pixels_of(j->w), n = fmax(1, tiles_of(j->stones));
     double root = 0, square = 0;
     for (int32_t i = 0; i < j->stones->count; i++) {
         const verdict *v = &j->verdicts[i];
         m->coverage += v->area / pixels;
+        if (i >= tiles_of(j->stones))
+            continue;
         m->corners4 += (v->corners == 4) / n;
         m->straddlers += v->straddles / n;
         m->sizes_met += (fabs(v->size - 1) <= 0.25) / n;
@@ -326,7 +334,7 @@ pave_result pv_mosaic_judge(pave_context *context, const pv_work *w, const pave_
                             pave_mosaic_measure *m)
 {
     judgement j = { w, stones, NULL };
-    *m = (pave_mosaic_measure){ .size = sizeof *m, .tiles = stones->count, .lost = w->n - stones->mosaic->served,
+    *m = (pave_mosaic_measure){ .size = sizeof *m, .tiles = tiles_of(stones), .chips = stones->mosaic->chips, .lost = w->n - stones->mosaic->served,
                                 .singularities = w->guide->singularities, .tile_side = w->side };
     pave_result result = judge(context, &j, m);
     m->overlap /= pixels_of(w);

@@ -32,7 +32,7 @@ static const pv_param mosaic_rows[] = {
     PV_CHOICE(pave_mosaic_params, shape, "square|ellipse|cell", "paper mode: what is laid at a site"),
     PV_CHOICE(pave_mosaic_params, colour, "area|point", "of a tile: mean of the light under it, or its centre's pixel"),
     PV_FLAG(pave_mosaic_params, periodic, "opposite borders of the photo meet, and tiles go on across them"),
-    PV_FLAG(pave_mosaic_params, chips, "best mode: small pieces fill the gaps that are wide enough"),
+    PV_FLAG(pave_mosaic_params, chips, "best mode: tiles have four corners, and chips fill what they leave"),
 };
 
 const pv_table pv_mosaic_table = PV_TABLE("mosaic", default_params, mosaic_rows);

@@ -130,6 +130,7 @@ typedef struct pv_mosaic_record {
     pave_mosaic_params params;
     pave_mosaic_measure measure;
     int32_t served; /* sites that have a tile */
+    int32_t chips;  /* the last of the stones */
 } pv_mosaic_record;
 
 /* tiles.c: the text's own tiles. */

@@ -1,6 +1,7 @@
 /* Best mode: the cells as a mesh in which every inner vertex is a corner to all but one of its faces, so that these
  * have four corners; drawn gently to the edges and towards rectangles that the field turns; in each face a tile. The
  * mesh is on an integer grid and stays one, so that no two tiles can overlap. */
+#include "mosaic/chips.h"
 #include "mosaic/mosaic.h"
 
 #include "stones/assign.h"
@@ -205,6 +206,7 @@ typedef struct cutting {
     int plain;
     pv_cell *corner; /* of face f from place_of(f) on */
     int32_t *count;
+    pv_cell (*chip)[3]; /* of face f; where there is none all its corners are one. NULL: none are wanted */
 } cutting;
 
 /* A tile has at most one corner more than its face: a triangle's tip may be cut. */
@@ -249,6 +251,25 @@ static int32_t open_joint(pv_cell *tile, int32_t count, double way)
     return lies_within(whole, count, tile, left) ? left : 0;
 }
 
+static double half_joint(const pv_work *w)
+{
+    return w->params->joint / 2 * w->side * PV_GRID;
+}
+
+#define CHIP_WIDTH 0.1    /* least, sides; besides the joint */
+#define MOST_LOSS 0.055   /* of a face's area, for a tile of four corners, */
+#define MOST_CHIPPED 0.3  /* and where chips fill what is lost */
+
+static void find_chip(const cutting *c, int32_t face, const pv_cell *ring, int32_t count, const pv_cell *tile,
+                      int32_t corners)
+{
+    pv_cell chip[PV_STONE_MOST];
+    double way = half_joint(c->w);
+    int32_t found = pv_chip_find(ring, count, tile, corners, CHIP_WIDTH * c->w->side * PV_GRID + 3 * way, chip);
+    if (found && open_joint(chip, found, way) == 3)
+        memcpy(c->chip[face], chip, sizeof c->chip[face]);
+}
+
 static int32_t cut_tile(const cutting *c, int32_t face, pv_cell *out)
 {
     pv_cell ring[PV_STONE_MOST];
@@ -264,12 +285,14 @@ static int32_t cut_tile(const cutting *c, int32_t face, pv_cell *out)
     for (int32_t i = 0; i < count; i++)
         corner[i] = (uint8_t)pv_is_corner(tess, tess->first[face] + i);
     pv_stone_cell cell = { count, ring, corner };
-    int32_t kept = pv_stone_inscribe(&cell, 0.055, out);
+    int32_t kept = pv_stone_inscribe(&cell, c->chip ? MOST_CHIPPED : MOST_LOSS, out);
     if (!pv_ring_contains(ring, count, out, kept)) { /* slivers are beyond its arithmetic */
         memcpy(out, ring, (size_t)count * sizeof *ring);
         kept = count;
     }
-    return open_joint(out, kept, c->w->params->joint / 2 * c->w->side * PV_GRID);
+    if (c->chip)
+        find_chip(c, face, ring, count, out, kept);
+    return open_joint(out, kept, half_joint(c->w));
 }
 
 static void cut_tiles(void *data, int32_t task, int32_t worker)
@@ -283,36 +306,60 @@ static void cut_tiles(void *data, int32_t task, int32_t worker)
     }
 }
 
-static void add_tile(const cutting *c, int32_t face, pave_stones *out)
+static void add_ring(const pv_cell *ring, int32_t count, pave_stones *out)
 {
-    int64_t at = out->starts[out->count], from = place_of(c, face);
-    for (int32_t i = 0; i < c->count[face]; i++) {
-        out->vertices[2 * (at + i)] = (double)c->corner[from + i].x / PV_GRID;
-        out->vertices[2 * (at + i) + 1] = (double)c->corner[from + i].y / PV_GRID;
+    int64_t at = out->starts[out->count];
+    for (int32_t i = 0; i < count; i++) {
+        out->vertices[2 * (at + i)] = (double)ring[i].x / PV_GRID;
+        out->vertices[2 * (at + i) + 1] = (double)ring[i].y / PV_GRID;
     }
     out->sites[out->count] = out->count;
-    out->mosaic->served += c->tess->part[face] == 0;
-    out->starts[++out->count] = at + c->count[face];
+    out->starts[++out->count] = at + count;
+}
+
+static void add_tiles(const cutting *c, pave_stones *out)
+{
+    for (int32_t f = 0; f < c->tess->face_count; f++) {
+        if (!c->count[f])
+            continue;
+        add_ring(c->corner + place_of(c, f), c->count[f], out);
+        out->mosaic->served += c->tess->part[f] == 0;
+    }
+}
+
+static void add_chips(const cutting *c, pave_stones *out)
+{
+    for (int32_t f = 0; f < c->tess->face_count && c->chip; f++) {
+        if (pv_ring_area(c->chip[f], 3) <= 0)
+            continue;
+        add_ring(c->chip[f], 3, out);
+        out->mosaic->chips++;
+    }
 }
 
 static pave_result isolate(pave_context *context, cutting *c, pave_stones *out)
 {
     pave_result result = PAVE_OK;
+    int chips = c->w->params->chips && !c->plain;
     size_t n = (size_t)c->tess->face_count, corners = (size_t)place_of(c, c->tess->face_count);
-    out->starts = pv_allocate_zeroed(context, n + 1, sizeof *out->starts, &result);
+    out->starts = pv_allocate_zeroed(context, (chips ? 2 : 1) * n + 1, sizeof *out->starts, &result);
     if (!result)
-        out->vertices = pv_allocate(context, corners, 2 * sizeof *out->vertices, &result);
+        out->vertices = pv_allocate(context, corners + (chips ? 3 * n : 0), 2 * sizeof *out->vertices, &result);
     if (!result)
-        out->sites = pv_allocate(context, n, sizeof *out->sites, &result);
+        out->sites = pv_allocate(context, (chips ? 2 : 1) * n, sizeof *out->sites, &result);
+    if (!result && chips)
+        c->chip = pv_allocate_zeroed(context, n, sizeof *c->chip, &result);
     if (!result)
         c->corner = pv_allocate(context, corners, sizeof *c->corner, &result);
     if (!result)
         c->count = pv_allocate(context, n, sizeof *c->count, &result);
     if (!result)
         result = pv_parallel(context, ((int32_t)n + TASK - 1) / TASK, cut_tiles, c, 0.8, 1);
-    for (int32_t f = 0; f < (int32_t)n && !result; f++)
-        if (c->count[f])
-            add_tile(c, f, out);
+    if (!result) {
+        add_tiles(c, out);
+        add_chips(c, out);
+    }
+    pv_release(c->chip);
     pv_release(c->corner);
     pv_release(c->count);
     return result;
@@ -324,7 +371,7 @@ pave_result pv_quads_cut(pave_context *context, const pv_work *w, int plain, int
     pave_result result = trace(context, w, &tess);
     if (!result && !plain)
         result = shape(context, w, &tess);
-    cutting c = { w, &tess, plain, NULL, NULL };
+    cutting c = { w, &tess, plain, NULL, NULL, NULL };
     *closed = !result && (!w->period || pv_period_closes(w, &tess));
     if (!result && *closed)
         result = isolate(context, &c, out);

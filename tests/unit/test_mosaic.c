@@ -89,6 +89,31 @@ static void best_mode_reaches_its_bars(void **state)
     pave_image_free(&photo);
 }
 
+/* Where chips take what they leave free, all tiles have four corners. */
+static void chips_fill_gaps(void **state)
+{
+    pave_context *context = *state;
+    pave_image *photo = photo_of(context, SIDE, SIDE);
+    pave_mosaic_params params = params_of(PAVE_MODE_BEST, TILES);
+    for (int k = 0; k < 3; k++) {
+        params.joint = k == 1 ? 0.05 : 0;
+        params.periodic = k == 2;
+        params.chips = 0;
+        pave_stones *without = lay(context, photo, &params);
+        params.chips = 1;
+        pave_stones *stones = lay(context, photo, &params);
+        pave_mosaic_measure m = measure_of(context, stones), plain = measure_of(context, without);
+        assert_true(m.chips > 0 && plain.chips == 0 && m.tiles == plain.tiles);
+        assert_int_equal(m.tiles + m.chips, pave_stones_count(stones));
+        assert_true(m.overlap == 0 && m.coverage > plain.coverage - 0.002 && m.corners4 >= 0.995);
+        for (int32_t i = m.tiles; i < m.tiles + m.chips; i++)
+            assert_int_equal(pave_stones_starts(stones)[i + 1] - pave_stones_starts(stones)[i], 3);
+        pave_stones_free(&stones);
+        pave_stones_free(&without);
+    }
+    pave_image_free(&photo);
+}
+
 static void paper_mode_lays_plain_tiles(void **state)
 {
     pave_context *context = *state;
@@ -446,6 +471,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(best_mode_reaches_its_bars),
+        cmocka_unit_test(chips_fill_gaps),
         cmocka_unit_test(paper_mode_lays_plain_tiles),
         cmocka_unit_test(engines_and_threads_agree),
         cmocka_unit_test(periodic_mosaics_have_no_seam),
