@@ -189,8 +189,8 @@ static pave_result shape(pave_context *context, const pv_work *w, pv_tess *tess)
     pv_assign_params assign = { block, 65, 35 };
     shaping s = { w, 0.12, 0.4 };
     int32_t step = (int32_t)(side / 8), shortest = (int32_t)(least / 8);
-    pv_realise_params draw = { block, 24, (int32_t)(side / 2), step, (int32_t)(least / 4), shortest, pull, &s };
-    pv_realise_params settle = { block, 6, (int32_t)(side / 4), step, (int32_t)(least / 5), shortest, NULL, NULL };
+    pv_realise_params draw = { block, 24, (int32_t)(side / 2), step, (int32_t)(least / 4), shortest, 0, pull, &s };
+    pv_realise_params settle = { block, 6, (int32_t)(side / 4), step, (int32_t)(least / 5), shortest, 0, NULL, NULL };
     pave_result result = pv_tess_collapse(context, tess, (int64_t)(least / 5), 4, 3);
     if (!result)
         result = pv_assign_flats(context, &assign, tess, 0.2, 0.3);
@@ -270,12 +270,24 @@ static void find_chip(const cutting *c, int32_t face, const pv_cell *ring, int32
         memcpy(c->chip[face], chip, sizeof c->chip[face]);
 }
 
+/* The tile of a face before the joint is opened, with four corners if no more than a share of the area is lost so. */
+static int32_t inscribe(const pv_stone_cell *cell, double most_loss, pv_cell *out)
+{
+    int32_t kept = pv_stone_inscribe(cell, most_loss, out);
+    if (pv_ring_contains(cell->ring, cell->count, out, kept))
+        return kept;
+    memcpy(out, cell->ring, (size_t)cell->count * sizeof *out); /* slivers are beyond its arithmetic */
+    return cell->count;
+}
+
+/* Dented tiles may have no room for the joint: then rather less of them. */
 static int32_t cut_tile(const cutting *c, int32_t face, pv_cell *out)
 {
+    static const double losses[] = { MOST_LOSS, MOST_CHIPPED, 0.45 };
     pv_cell ring[PV_STONE_MOST];
     uint8_t corner[PV_STONE_MOST];
     const pv_tess *tess = c->tess;
-    int32_t count = pv_tess_ring(tess, face, ring, PV_STONE_MOST);
+    int32_t count = pv_tess_ring(tess, face, ring, PV_STONE_MOST), left = 0;
     if (count > PV_STONE_MOST)
         return 0;
     if (c->plain) {
@@ -284,15 +296,14 @@ static int32_t cut_tile(const cutting *c, int32_t face, pv_cell *out)
     }
     for (int32_t i = 0; i < count; i++)
         corner[i] = (uint8_t)pv_is_corner(tess, tess->first[face] + i);
-    pv_stone_cell cell = { count, ring, corner };
-    int32_t kept = pv_stone_inscribe(&cell, c->chip ? MOST_CHIPPED : MOST_LOSS, out);
-    if (!pv_ring_contains(ring, count, out, kept)) { /* slivers are beyond its arithmetic */
-        memcpy(out, ring, (size_t)count * sizeof *ring);
-        kept = count;
+    pv_stone_cell cell = { count, ring, corner, 0 };
+    for (int k = c->chip ? 1 : 0; k < 3 && !left; k++) {
+        int32_t kept = inscribe(&cell, losses[k], out);
+        if (c->chip)
+            find_chip(c, face, ring, count, out, kept);
+        left = open_joint(out, kept, half_joint(c->w));
     }
-    if (c->chip)
-        find_chip(c, face, ring, count, out, kept);
-    return open_joint(out, kept, half_joint(c->w));
+    return left;
 }
 
 static void cut_tiles(void *data, int32_t task, int32_t worker)

@@ -13,7 +13,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { MATCH_CELLS = 8, REALISE_CELLS = 6, ROUNDS = 12, COLLAPSES = 3 };
+enum { MATCH_CELLS = 8, REALISE_CELLS = 6, ROUNDS = 5, COLLAPSES = 3 };
 
 /* Lengths of the tessellation that follow from the size of stones. */
 static int64_t half_side(const pave_cvd *cvd)
@@ -125,27 +125,80 @@ typedef struct quarry {
 
 enum { TASK = 256 };
 
-#define MOST_LOSS 0.11 /* of a cell's area, for a stone of four corners */
+/* Losses of a cell's area for which one stone of four corners is kept. A wedge beside a bent contour eats the edge of
+ * the drawing; among stones of one colour it is hardly seen. */
+#define LOSS_INSIDE 0.11
+#define LOSS_AT_CONTOUR 0.1
+#define LOSS_AT_BEND 0.022
+#define LOSS_PARTED 0.06
+#define LOSS_MORE_CORNERS 0.01
 
-/* The stones of a cell, one after the other. */
-static void cut_cell(const pv_stone_cell *cell, pv_cell *out, int32_t counts[2])
+static double area_of(const pv_cell *ring, int32_t count)
+{
+    return (double)pv_ring_area(ring, count);
+}
+
+/* Two stones in a cell. Returns 0 if it cannot be parted well. */
+static int part_cell(const pv_stone_cell *cell, double most_loss, pv_cell *out, int32_t counts[2])
 {
     pv_cell first[PV_STONE_MOST], second[PV_STONE_MOST];
     uint8_t corner[PV_STONE_MOST];
-    counts[0] = pv_stone_fit(cell, MOST_LOSS, out);
-    counts[1] = 0;
-    if (counts[0])
-        return;
-    if (!pv_stone_part(cell, MOST_LOSS, first, second, counts)) {
-        counts[0] = pv_stone_inscribe(cell, MOST_LOSS, out);
-        return;
-    }
+    if (!pv_stone_part(cell, most_loss, first, second, counts))
+        return 0;
     pv_stone_mark(first, counts[0], corner);
-    pv_stone_cell a = { counts[0], first, corner };
-    counts[0] = pv_stone_fit(&a, MOST_LOSS, out);
+    pv_stone_cell a = { counts[0], first, corner, 0 };
+    counts[0] = pv_stone_fit(&a, most_loss, out);
     pv_stone_mark(second, counts[1], corner);
-    pv_stone_cell b = { counts[1], second, corner };
-    counts[1] = pv_stone_fit(&b, MOST_LOSS, out + counts[0]);
+    pv_stone_cell b = { counts[1], second, corner, 0 };
+    counts[1] = pv_stone_fit(&b, most_loss, out + counts[0]);
+    return 1;
+}
+
+/* Are two stones better than the one there is, if there is one? */
+static int try_two(const pv_stone_cell *cell, double most_loss, int32_t found, pv_cell *out, int32_t counts[2])
+{
+    pv_cell parts[2 * PV_STONE_MOST];
+    int32_t n[2];
+    if (!part_cell(cell, most_loss, parts, n))
+        return 0;
+    double left = area_of(parts, n[0]) + area_of(parts + n[0], n[1]);
+    if (found && (n[0] != 4 || n[1] != 4 || left < (1 - LOSS_PARTED) * area_of(cell->ring, cell->count)))
+        return 0;
+    memcpy(counts, n, sizeof n);
+    memcpy(out, parts, (size_t)(n[0] + n[1]) * sizeof *out);
+    return 1;
+}
+
+/* A larger stone of more corners than the one there is; only if that leaves too much may it have dents. */
+static int32_t try_more_corners(const pv_stone_cell *cell, double most_loss, int32_t found, pv_cell *out)
+{
+    pv_stone_cell with_dents = { cell->count, cell->ring, cell->corner, 1 };
+    pv_cell larger[PV_STONE_SIDES];
+    double area = area_of(cell->ring, cell->count), most = found ? area_of(out, found) : 0;
+    for (int dents = 0; dents < 2 && most < (1 - (dents ? 1.1 * most_loss : LOSS_MORE_CORNERS)) * area; dents++) {
+        int32_t count = pv_stone_grow(dents ? &with_dents : cell, LOSS_MORE_CORNERS, larger);
+        if (!count || area_of(larger, count) <= most)
+            continue;
+        most = area_of(larger, count);
+        found = count;
+        memcpy(out, larger, (size_t)count * sizeof *out);
+    }
+    return found;
+}
+
+/* The stones of a cell, one after the other: one of four corners if it leaves little of the cell, else two of four,
+ * else one of more corners. */
+static void cut_cell(const pv_stone_cell *cell, double most_loss, pv_cell *out, int32_t counts[2])
+{
+    counts[0] = pv_stone_fit(cell, most_loss, out);
+    counts[1] = 0;
+    if (counts[0] == 4 && area_of(out, 4) >= (1 - most_loss) * area_of(cell->ring, cell->count))
+        return;
+    if (try_two(cell, most_loss, counts[0], out, counts))
+        return;
+    counts[0] = try_more_corners(cell, most_loss, counts[0], out);
+    if (!counts[0])
+        counts[0] = pv_stone_inscribe(cell, most_loss, out);
 }
 
 static int32_t open_joints(const quarry *q, pv_cell *stone, int32_t count)
@@ -153,6 +206,25 @@ static int32_t open_joints(const quarry *q, pv_cell *stone, int32_t count)
     double way = q->params->grout / 2 * PV_GRID;
     return q->params->joint_style == PAVE_JOINT_PAPER ? pv_stone_draw_in(stone, count, way)
                                                       : pv_stone_offset(stone, count, way);
+}
+
+/* Where a stone with dents has no room for joints, they go around the convex one in it. */
+static int32_t open_joints_anyhow(const quarry *q, pv_cell *stone, int32_t count)
+{
+    pv_cell whole[PV_STONE_MOST], convex[PV_STONE_MOST];
+    uint8_t corner[PV_STONE_MOST];
+    memcpy(whole, stone, (size_t)count * sizeof *stone);
+    int32_t after = open_joints(q, stone, count);
+    if (after)
+        return after;
+    pv_stone_mark(whole, count, corner);
+    pv_stone_cell cell = { count, whole, corner, 0 };
+    int32_t fitted = pv_stone_fit(&cell, 0.25, convex);
+    after = fitted ? open_joints(q, convex, fitted) : 0;
+    if (after > count)
+        return 0;
+    memcpy(stone, convex, (size_t)after * sizeof *stone);
+    return after;
 }
 
 static void move(pv_cell *ring, int32_t count, pv_cell way)
@@ -176,7 +248,7 @@ static int32_t add_parts(const quarry *q, int32_t f, const pv_cell *stone, int32
     memcpy(parts, stone, (size_t)count * sizeof *stone);
     int32_t n = pv_stone_divide(parts, count, q->params->aspect, room, counts);
     for (int32_t k = 0, at = 0; k < n; at += counts[k++]) {
-        int32_t after = open_joints(q, parts + at, counts[k]);
+        int32_t after = open_joints_anyhow(q, parts + at, counts[k]);
         q->cut[f] += after < counts[k];
         if (!after || after > UINT8_MAX)
             continue;
@@ -186,6 +258,17 @@ static int32_t add_parts(const quarry *q, int32_t f, const pv_cell *stone, int32
         used += after;
     }
     return used;
+}
+
+/* How much of a face one stone of four corners may leave. */
+static double most_loss_of(const pv_tess *tess, int32_t f)
+{
+    uint8_t kinds = 0;
+    for (int64_t p = tess->first[f]; p < tess->first[f + 1]; p++)
+        kinds |= tess->kind[tess->corner[p]];
+    if (!(kinds & PV_CONTOUR))
+        return LOSS_INSIDE;
+    return kinds & PV_BEND ? LOSS_AT_BEND : LOSS_AT_CONTOUR;
 }
 
 static void cut_face(const quarry *q, int32_t f)
@@ -199,8 +282,8 @@ static void cut_face(const quarry *q, int32_t f)
     move(ring, count, (pv_cell){ -origin.x, -origin.y });
     for (int32_t i = 0; i < count; i++)
         corner[i] = (uint8_t)pv_is_corner(q->tess, q->tess->first[f] + i);
-    pv_stone_cell cell = { count, ring, corner };
-    cut_cell(&cell, stones, before);
+    pv_stone_cell cell = { count, ring, corner, 0 };
+    cut_cell(&cell, most_loss_of(q->tess, f), stones, before);
     int32_t room = (int32_t)(first_corner(q->tess, f + 1) - first_corner(q->tess, f)) - before[1];
     if (before[0])
         used = add_parts(q, f, stones, before[0], origin, &made, out, room);
@@ -288,9 +371,9 @@ pave_result pv_best_tess(pave_context *context, const pave_image *drawing, const
                          const pave_stones_params *params, pv_tess *out)
 {
     int64_t h = half_side(cvd);
-    pv_assign_params assign = { 2 * h * MATCH_CELLS, 75, 35 };
+    pv_assign_params assign = { 2 * h * MATCH_CELLS, 75, 22 };
     pv_realise_params realise = { 2 * h * REALISE_CELLS, ROUNDS, (int32_t)h, (int32_t)(h / 4), (int32_t)(h * 5 / 16),
-                                  (int32_t)(h / 8), NULL, NULL };
+                                  (int32_t)(h / 8), (int32_t)(h / 20), NULL, NULL };
     pave_result result = trace(context, drawing, cvd, params, out);
     if (!result)
         result = pv_tess_collapse(context, out, h / 2, 4, COLLAPSES);

@@ -44,7 +44,7 @@ static int holds_middle(const pv_cell *ring, int32_t count, const pv_cell *conve
     return inside;
 }
 
-int pv_ring_contains(const pv_cell *ring, int32_t count, const pv_cell *convex, int32_t corners)
+static int contains_convex(const pv_cell *ring, int32_t count, const pv_cell *convex, int32_t corners)
 {
     for (int32_t i = 0; i < count; i++)
         if (cuts_into(convex, corners, ring[i], ring[i + 1 < count ? i + 1 : 0]))
@@ -52,7 +52,39 @@ int pv_ring_contains(const pv_cell *ring, int32_t count, const pv_cell *convex, 
     return holds_middle(ring, count, convex, corners);
 }
 
-enum { LEAST_SIDE = 50 }; /* grid units; some readers take shorter ones for none */
+/* The first corner bent inwards; -1: none is. */
+static int32_t first_dent(const pv_cell *ring, int32_t count)
+{
+    for (int32_t i = 0; i < count; i++)
+        if (pv_cell_turn(ring[(i + count - 1) % count], ring[i], ring[(i + 1) % count]) <= 0)
+            return i;
+    return -1;
+}
+
+/* From corner i on, so many. */
+static void part_of(const pv_cell *ring, int32_t count, int32_t i, int32_t many, pv_cell *out)
+{
+    for (int32_t k = 0; k < many; k++)
+        out[k] = ring[(i + k) % count];
+}
+
+/* A ring with a dent lies in another if both its parts do, on the sides of some line from the dent to a corner. */
+int pv_ring_contains(const pv_cell *ring, int32_t count, const pv_cell *inner, int32_t corners)
+{
+    pv_cell a[PV_STONE_SIDES], b[PV_STONE_SIDES];
+    int32_t dent = first_dent(inner, corners);
+    if (dent < 0)
+        return contains_convex(ring, count, inner, corners);
+    for (int32_t k = 2; k < corners - 1 && corners <= PV_STONE_SIDES; k++) {
+        part_of(inner, corners, dent, k + 1, a);
+        part_of(inner, corners, (dent + k) % corners, corners - k + 1, b);
+        if (first_dent(a, k + 1) < 0 && first_dent(b, corners - k + 1) < 0)
+            return contains_convex(ring, count, a, k + 1) && contains_convex(ring, count, b, corners - k + 1);
+    }
+    return 0;
+}
+
+enum { MOST_DENTED = 8, LEAST_SIDE = 50 }; /* grid units; some readers take shorter ones for none */
 
 /* A side of the stone: the line through two points of the cell that has all others of its chain on the outside. */
 typedef struct side {
@@ -135,8 +167,10 @@ static int32_t stone_at(const pv_stone_cell *cell, const int32_t *at, int32_t co
     for (int32_t k = 0; k < corners; k++)
         if (!meet(&sides[(k + corners - 1) % corners], &sides[k], cell->ring[at[k]], &out[k]))
             return 0;
+    if (!cell->dents && first_dent(out, corners) >= 0)
+        return 0;
     for (int32_t k = 0; k < corners; k++)
-        if (pv_cell_turn(out[k], out[(k + 1) % corners], out[(k + 2) % corners]) <= 0 ||
+        if (pv_cell_turn(out[k], out[(k + 1) % corners], out[(k + 2) % corners]) == 0 ||
             length_of(out[k], out[(k + 1) % corners]) < LEAST_SIDE)
             return 0;
     return pv_ring_valid(out, corners) && pv_ring_contains(cell->ring, cell->count, out, corners) ? corners : 0;
@@ -190,19 +224,24 @@ static int32_t farthest_out(const pv_stone_cell *cell, const int32_t *at, int32_
     return where;
 }
 
+/* Puts a place among the corners, in order. */
+static void insert_corner(int32_t *at, int32_t n, int32_t m)
+{
+    for (; n && at[n - 1] > m; n--)
+        at[n] = at[n - 1];
+    at[n] = m;
+}
+
 /* Too few corners: those places of the ring that stick out most become corners too. */
 static int32_t add_corners(const pv_stone_cell *cell, int32_t least, int32_t n, int32_t *at)
 {
     if (!n)
         at[n++] = 0;
     while (n < least) {
-        int32_t m = farthest_out(cell, at, n), k = n;
+        int32_t m = farthest_out(cell, at, n);
         if (m < 0)
             return n;
-        for (; k && at[k - 1] > m; k--)
-            at[k] = at[k - 1];
-        at[k] = m;
-        n++;
+        insert_corner(at, n++, m);
     }
     return n;
 }
@@ -235,6 +274,47 @@ static int32_t blunt(pv_cell *ring)
             return 3;
     memcpy(ring, out, sizeof out);
     return 4;
+}
+
+/* One corner more: that with which the stone is largest. Returns twice its area, 0: no stone has one more. */
+static int64_t grow(const pv_stone_cell *cell, int32_t *at, int32_t n, pv_cell *out)
+{
+    pv_cell trial[PV_STONE_SIDES];
+    int32_t with[PV_STONE_SIDES], best_at[PV_STONE_SIDES];
+    int64_t most = 0;
+    for (int32_t m = 0; m < cell->count; m++) {
+        int known = 0;
+        for (int32_t k = 0; k < n; k++)
+            known |= at[k] == m;
+        memcpy(with, at, (size_t)n * sizeof *with);
+        insert_corner(with, n, m);
+        if (known || !stone_at(cell, with, n + 1, trial) || pv_ring_area(trial, n + 1) <= most)
+            continue;
+        most = pv_ring_area(trial, n + 1);
+        memcpy(out, trial, ((size_t)n + 1) * sizeof *out);
+        memcpy(best_at, with, ((size_t)n + 1) * sizeof *with);
+    }
+    if (most)
+        memcpy(at, best_at, ((size_t)n + 1) * sizeof *at);
+    return most;
+}
+
+int32_t pv_stone_grow(const pv_stone_cell *cell, double most_loss, pv_cell *out)
+{
+    int32_t at[PV_STONE_MOST], n;
+    int64_t most = 0, area = pv_ring_area(cell->ring, cell->count);
+    if (cell->count > PV_STONE_MOST)
+        return 0;
+    n = choose_corners(cell, 4, at);
+    if (n < 4)
+        n = add_corners(cell, 4, n, at);
+    while (n < MOST_DENTED && (double)most < (1 - most_loss) * (double)area) {
+        most = grow(cell, at, n, out);
+        if (!most)
+            return 0;
+        n++;
+    }
+    return (double)most < (1 - 2 * most_loss) * (double)area ? 0 : n;
 }
 
 int32_t pv_stone_fit(const pv_stone_cell *cell, double most_loss, pv_cell *out)

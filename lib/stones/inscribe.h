@@ -10,6 +10,7 @@ typedef struct pv_stone_cell {
     int32_t count;
     const pv_cell *ring;
     const uint8_t *corner;
+    int dents; /* may a stone have corners bent inwards? */
 } pv_stone_cell;
 
 /* The convex polygon of four corners that fits into the cell and leaves little of it, of more if it leaves more than
@@ -20,6 +21,10 @@ int32_t pv_stone_inscribe(const pv_stone_cell *cell, double most_loss, pv_cell *
 
 /* The same, but 0 if it would be the cell itself. */
 int32_t pv_stone_fit(const pv_stone_cell *cell, double most_loss, pv_cell *out);
+
+/* A stone of more corners, some perhaps bent inwards, that leaves no more than twice `most_loss` of the cell. 0: none
+ * does. */
+int32_t pv_stone_grow(const pv_stone_cell *cell, double most_loss, pv_cell *out);
 
 /* Parts a cell with a dent in two simple rings along a line from the dent, so that stones in both leave the least of
  * it. Returns 0 if nothing is gained; else the two rings' sizes are in counts. Rings have room for PV_STONE_MOST. */
@@ -33,8 +38,8 @@ void pv_stone_mark(const pv_cell *ring, int32_t count, uint8_t *corner);
  * many as are returned. */
 int32_t pv_stone_divide(pv_cell *ring, int32_t count, double aspect, int32_t room, int32_t *counts);
 
-/* Does the convex ring lie in the simple one? Exact. */
-int pv_ring_contains(const pv_cell *ring, int32_t count, const pv_cell *convex, int32_t corners);
+/* Does a simple ring, convex or with few dents, lie in another? Exact; 0 also for dents that it cannot part. */
+int pv_ring_contains(const pv_cell *ring, int32_t count, const pv_cell *inner, int32_t corners);
 
 /* Moves the sides of a stone inwards by `way` grid units. A stone that has not so much room keeps all its corners with
  * three quarters or half of it; after that it may lose some. Returns the number of corners left, 0: nothing remains.

@@ -62,7 +62,7 @@ static int offset_all(const pv_cell *ring, int32_t count, double way, pv_cell *o
     }
     if (!pv_ring_valid(out, count))
         return 0;
-    return is_convex(ring, count) ? is_convex(out, count) : 1;
+    return pv_ring_inside(ring, count, out, count) && (!is_convex(ring, count) || is_convex(out, count));
 }
 
 /* Sutherland and Hodgman's clipping by one side moved in; doubles, in grid units. */

@@ -51,7 +51,7 @@ static int64_t worth(const pv_cell *ring, int32_t count, double most_loss)
     if (!pv_ring_valid(ring, count))
         return 0;
     pv_stone_mark(ring, count, corner);
-    pv_stone_cell cell = { count, ring, corner };
+    pv_stone_cell cell = { count, ring, corner, 0 };
     int32_t found = pv_stone_fit(&cell, most_loss, out);
     return found ? pv_ring_area(out, found) : 0;
 }

@@ -99,6 +99,27 @@ int pv_ring_valid_at(const pv_cell *ring, int32_t count, int32_t at)
            side_is_clear(ring, count, at);
 }
 
+/* Even-odd, for a point on none of the sides. */
+static int is_inside(const pv_cell *ring, int32_t count, pv_cell p)
+{
+    int inside = 0;
+    for (int32_t i = 0; i < count; i++) {
+        pv_cell a = ring[i], b = ring[i + 1 < count ? i + 1 : 0];
+        if ((a.y > p.y) != (b.y > p.y))
+            inside ^= (pv_cell_turn(a, b, p) > 0) == (b.y < a.y);
+    }
+    return inside;
+}
+
+int pv_ring_inside(const pv_cell *ring, int32_t count, const pv_cell *inner, int32_t corners)
+{
+    for (int32_t i = 0; i < corners; i++)
+        for (int32_t k = 0; k < count; k++)
+            if (sides_touch(inner[i], inner[i + 1 < corners ? i + 1 : 0], ring[k], ring[k + 1 < count ? k + 1 : 0]))
+                return 0;
+    return is_inside(ring, count, inner[0]);
+}
+
 static int by_place(const void *a, const void *b)
 {
     const pv_cell *p = a, *q = b;

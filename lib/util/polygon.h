@@ -35,6 +35,9 @@ int pv_ring_valid(const pv_cell *ring, int32_t count);
 /* The same where only corner `at` of a valid ring has been moved. */
 int pv_ring_valid_at(const pv_cell *ring, int32_t count, int32_t at);
 
+/* Does a ring lie inside another one, both valid, and touch it nowhere? */
+int pv_ring_inside(const pv_cell *ring, int32_t count, const pv_cell *inner, int32_t corners);
+
 /* The convex hull, written to `hull` (room for count + 1) without corners on straight sides. Sorts `points`. Returns
  * its number of corners. */
 int32_t pv_convex_hull(pv_cell *points, int32_t count, pv_cell *hull);

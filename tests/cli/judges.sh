@@ -27,7 +27,7 @@ judge text 0.98 0.0110 850
 best() { # best NAME QUADS MISMATCH STRADDLERS (of 16384): without joints and with
   "$pave" lay "$drawings/$1.png" --mode best --half-side 4 --grout 0 --quiet -o "$work/$1.svg" -o "$work/best-$1.json"
   /usr/bin/python3 "$PAVE_SHARED/check/check_stones.py" "$drawings/$1.png" "$work/$1.svg" --min-quads "$2" --max-mismatch "$3" \
-    --max-straddlers "$(awk "BEGIN {print $4 / 16384}")" --max-overlap 0 --max-invalid 0 --max-clockwise 0 \
+    --max-straddlers "$(awk "BEGIN {print $4 / 16384}")" --max-uncovered 0.003 --max-overlap 0 --max-invalid 0 --max-clockwise 0 \
     >"$work/said" || failed=1
   echo "$1, best mode: $(tail -n 1 "$work/said")"
   "$pave" lay "$drawings/$1.png" --mode best --half-side 4 --grout 1 --quiet -o "$work/$1.svg"
@@ -37,7 +37,7 @@ best() { # best NAME QUADS MISMATCH STRADDLERS (of 16384): without joints and wi
 }
 best waves 0.99 0.0005 10
 best flower 0.985 0.0007 40
-best checker 0.99 0.00005 0
+best checker 0.995 0.00005 0
 best text 0.93 0.0025 300
 
 cv() { sed -n 's/.*"area_cv": \([0-9.]*\).*/\1/p' "$1"; }

@@ -53,7 +53,7 @@ strip = Image.new("L", (2048, 160))
 for x in (0, 1024):
     strip.paste(Image.open(sys.argv[1]).crop((0, 200, 1024, 360)), (x, 0))
 strip.save("strip.png")' "$drawing"
-best="--mode best --half-side 1 --iterations 2 --quiet"
+best="--mode best --half-side 1 --iterations 2 --thin widen --thin-width 3 --quiet"
 "$pave" lay strip.png $best -o best.svg
 "$pave" lay strip.png $best --memory 172M -o parts.svg
 cmp best.svg parts.svg || fail "window by window best mode differs"

@@ -51,7 +51,7 @@ compare 2 2 --half-side 4
 compare 5 3 --half-side 2 --iterations 4 --relaxation 1.6
 compare 2 2 --mode best --half-side 1.3 --iterations 2 --threads 2
 drawing=$work/strip.png height=120
-compare 5 3 --mode best --half-side 1.2 --iterations 3 --grout 0.3 --thin drop --threads 7
+compare 5 3 --mode best --half-side 1.2 --iterations 3 --grout 0.3 --thin widen --thin-width 1.6 --threads 7
 drawing=$root/examples/drawings/copacabana.png height=640
 compare 3 1 --half-side 1.7 --iterations 3 --passes 0 --grout 0
 compare 2 2 --half-side 2.5 --iterations 5 --metric euclid --seed 9 --threads 7 --backend cpu-portable

@@ -117,6 +117,8 @@ static void structs_are_compared_by_their_fields(void **state)
     a.joint_style = b.joint_style = 0;
     a.thin = b.thin = 0;
     a.border = b.border = 0;
+    a.thin_width = b.thin_width = 1;
+    a.aspect = b.aspect = 4;
     assert_true(pv_params_same(&pv_stones_table, &a, &b, sizeof a));
     b.small_edge = 0.25;
     assert_false(pv_params_same(&pv_stones_table, &a, &b, sizeof a));
