@@ -20,7 +20,7 @@ static int keeps_off(const pv_cell *convex, int32_t corners, const pv_cell *othe
     return 0;
 }
 
-static int is_convex(const pv_cell *ring, int32_t count)
+int pv_chip_is_convex(const pv_cell *ring, int32_t count)
 {
     for (int32_t i = 0; i < count; i++)
         if (pv_cell_turn(ring[i], ring[(i + 1) % count], ring[(i + 2) % count]) <= 0)
@@ -50,7 +50,7 @@ int32_t pv_chip_find(const pv_cell *ring, int32_t count, const pv_cell *tile, in
 {
     double best = least;
     int found = 0;
-    if (count > PV_CHIP_MOST || !is_convex(tile, corners))
+    if (count > PV_CHIP_MOST || !pv_chip_is_convex(tile, corners))
         return 0;
     for (int32_t a = 0; a < count; a++)
         for (int32_t b = a + 1; b < count; b++)

@@ -280,10 +280,33 @@ static int32_t inscribe(const pv_stone_cell *cell, double most_loss, pv_cell *ou
     return cell->count;
 }
 
+enum { MOST_TRIED = 12 };
+
+/* Of all quadrilaterals of the ring's own vertices the one of which the joint leaves most: for faces with spikes. */
+static int32_t cut_largest(const cutting *c, const pv_cell *ring, int32_t count, pv_cell *out)
+{
+    int64_t best = 0;
+    for (int32_t k = 0; k < 1 << count && count <= MOST_TRIED; k++) {
+        pv_cell tile[PV_STONE_MOST];
+        int32_t corners = 0;
+        if (__builtin_popcount((uint32_t)k) != 4)
+            continue;
+        for (int32_t i = 0; i < count; i++)
+            if (k >> i & 1)
+                tile[corners++] = ring[i];
+        if (!pv_chip_is_convex(tile, 4) || !pv_ring_contains(ring, count, tile, 4) ||
+            open_joint(tile, 4, half_joint(c->w)) != 4 || pv_ring_area(tile, 4) <= best)
+            continue;
+        best = pv_ring_area(tile, 4);
+        memcpy(out, tile, 4 * sizeof *out);
+    }
+    return best ? 4 : 0;
+}
+
 /* Dented tiles may have no room for the joint: then rather less of them. */
 static int32_t cut_tile(const cutting *c, int32_t face, pv_cell *out)
 {
-    static const double losses[] = { MOST_LOSS, MOST_CHIPPED, 0.45 };
+    static const double losses[] = { MOST_LOSS, MOST_CHIPPED };
     pv_cell ring[PV_STONE_MOST];
     uint8_t corner[PV_STONE_MOST];
     const pv_tess *tess = c->tess;
@@ -297,13 +320,13 @@ static int32_t cut_tile(const cutting *c, int32_t face, pv_cell *out)
     for (int32_t i = 0; i < count; i++)
         corner[i] = (uint8_t)pv_is_corner(tess, tess->first[face] + i);
     pv_stone_cell cell = { count, ring, corner, 0 };
-    for (int k = c->chip ? 1 : 0; k < 3 && !left; k++) {
+    for (int k = c->chip ? 1 : 0; k < 2 && !left; k++) {
         int32_t kept = inscribe(&cell, losses[k], out);
         if (c->chip)
             find_chip(c, face, ring, count, out, kept);
         left = open_joint(out, kept, half_joint(c->w));
     }
-    return left;
+    return left ? left : cut_largest(c, ring, count, out);
 }
 
 static void cut_tiles(void *data, int32_t task, int32_t worker)
