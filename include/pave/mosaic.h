@@ -62,7 +62,7 @@ typedef struct pave_mosaic_params {
     int32_t colour;           /* PAVE_COLOUR_: mean under the tile in linear light, or the pixel at its centre */
     int32_t periodic;         /* 1: the photo's opposite borders meet, and so do the tiles across them */
     int32_t chips;            /* best mode: 1: all tiles have four corners if they can, and chips fill what
-                                 they leave free */
+                                 they leave free; 0: only where that would be a hole */
 } pave_mosaic_params;
 
 #define PAVE_MOSAIC_PARAMS_INIT \

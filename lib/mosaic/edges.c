@@ -60,7 +60,8 @@ static void blur_down(void *data, int32_t y, int32_t worker)
     float *to = f->smooth + (size_t)y * row;
     memset(to, 0, row * sizeof *to);
     for (int32_t k = -f->radius; k <= f->radius; k++) {
-        const float *from = f->across + (size_t)pv_inside(y + k, f->height, f->wraps) * row, w = f->weight[k + f->radius];
+        const float *from = f->across + (size_t)pv_inside(y + k, f->height, f->wraps) * row;
+        const float w = f->weight[k + f->radius];
         for (size_t i = 0; i < row; i++)
             to[i] += w * from[i];
     }

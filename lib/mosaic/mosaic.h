@@ -88,7 +88,7 @@ typedef struct pv_work {
     double size_min; /* the least of them */
     double scale;    /* times size: a tile's side, px */
     pave_cvd *cvd;
-    const struct pv_work *period; /* what repeats, of which this is all with `margin` px of its copies around; or NULL */
+    const struct pv_work *period; /* what repeats: this is it with `margin` px of its copies around; or NULL */
     int32_t margin, needed;       /* needed: once it is packed, how large the margin should have been */
 } pv_work;
 
@@ -117,7 +117,7 @@ pave_result pv_sites_sow(pave_context *context, const pv_work *w, pave_site *sit
 pave_result pv_tiles_pack(pave_context *context, pv_work *w);
 
 /* period.c: a first guess of the margin; one period with that much around it; does each side of the period's faces lie
- * on another of them, or on a copy of one? And tiles moved from there to where the period is, and with copies around. */
+ * on another of them, or on a copy? And tiles moved from there to where the period is, and with copies around. */
 int32_t pv_period_guess(const pv_work *w);
 pave_result pv_period_widen(pave_context *context, const pv_work *w, int32_t margin, pave_guide *guide, pv_work *wide);
 void pv_period_drop(pave_guide *guide, pv_work *wide);

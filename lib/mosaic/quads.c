@@ -206,7 +206,7 @@ typedef struct cutting {
     int plain;
     pv_cell *corner; /* of face f from place_of(f) on */
     int32_t *count;
-    pv_cell (*chip)[3]; /* of face f; where there is none all its corners are one. NULL: none are wanted */
+    pv_cell (*chip)[3]; /* of face f; where there is none all its corners are one. NULL: none at all */
 } cutting;
 
 /* A tile has at most one corner more than its face: a triangle's tip may be cut. */
@@ -266,6 +266,7 @@ static void find_chip(const cutting *c, int32_t face, const pv_cell *ring, int32
     pv_cell chip[PV_STONE_MOST];
     double way = half_joint(c->w);
     int32_t found = pv_chip_find(ring, count, tile, corners, CHIP_WIDTH * c->w->side * PV_GRID + 3 * way, chip);
+    memset(c->chip[face], 0, sizeof c->chip[face]);
     if (found && open_joint(chip, found, way) == 3)
         memcpy(c->chip[face], chip, sizeof c->chip[face]);
 }
@@ -282,8 +283,9 @@ static int32_t inscribe(const pv_stone_cell *cell, double most_loss, pv_cell *ou
 
 enum { MOST_TRIED = 12 };
 
-/* Of all quadrilaterals of the ring's own vertices the one of which the joint leaves most: for faces with spikes. */
-static int32_t cut_largest(const cutting *c, const pv_cell *ring, int32_t count, pv_cell *out)
+/* Of all quadrilaterals of the ring's own vertices the one of which the joint leaves most, and what it was before: for
+ * faces with spikes. */
+static int32_t cut_largest(const cutting *c, const pv_cell *ring, int32_t count, pv_cell *whole, pv_cell *out)
 {
     int64_t best = 0;
     for (int32_t k = 0; k < 1 << count && count <= MOST_TRIED; k++) {
@@ -299,11 +301,14 @@ static int32_t cut_largest(const cutting *c, const pv_cell *ring, int32_t count,
             continue;
         best = pv_ring_area(tile, 4);
         memcpy(out, tile, 4 * sizeof *out);
+        for (int32_t i = 0, n = 0; i < count; i++)
+            if (k >> i & 1)
+                whole[n++] = ring[i];
     }
     return best ? 4 : 0;
 }
 
-/* Dented tiles may have no room for the joint: then rather less of them. */
+/* Dented tiles may have no room for the joint: then rather less of them, and a chip. */
 static int32_t cut_tile(const cutting *c, int32_t face, pv_cell *out)
 {
     static const double losses[] = { MOST_LOSS, MOST_CHIPPED };
@@ -320,13 +325,19 @@ static int32_t cut_tile(const cutting *c, int32_t face, pv_cell *out)
     for (int32_t i = 0; i < count; i++)
         corner[i] = (uint8_t)pv_is_corner(tess, tess->first[face] + i);
     pv_stone_cell cell = { count, ring, corner, 0 };
-    for (int k = c->chip ? 1 : 0; k < 2 && !left; k++) {
+    for (int k = c->w->params->chips; k < 2 && !left; k++) {
         int32_t kept = inscribe(&cell, losses[k], out);
-        if (c->chip)
+        if (k)
             find_chip(c, face, ring, count, out, kept);
         left = open_joint(out, kept, half_joint(c->w));
     }
-    return left ? left : cut_largest(c, ring, count, out);
+    if (left)
+        return left;
+    pv_cell whole[4];
+    left = cut_largest(c, ring, count, whole, out);
+    if (left)
+        find_chip(c, face, ring, count, whole, 4);
+    return left;
 }
 
 static void cut_tiles(void *data, int32_t task, int32_t worker)
@@ -374,7 +385,7 @@ static void add_chips(const cutting *c, pave_stones *out)
 static pave_result isolate(pave_context *context, cutting *c, pave_stones *out)
 {
     pave_result result = PAVE_OK;
-    int chips = c->w->params->chips && !c->plain;
+    int chips = !c->plain;
     size_t n = (size_t)c->tess->face_count, corners = (size_t)place_of(c, c->tess->face_count);
     out->starts = pv_allocate_zeroed(context, (chips ? 2 : 1) * n + 1, sizeof *out->starts, &result);
     if (!result)

@@ -1,4 +1,7 @@
-"""Holds a mosaic's measures against its bars, and against what another judge says: mosaics.py name coverage report [judge]"""
+"""Holds a mosaic's measures against its bars, and against what another judge says:
+mosaics.py name coverage report [judge tiles]
+
+The judge has seen all, and only the tiles without chips."""
 import json
 import sys
 
@@ -12,7 +15,8 @@ if m["parameters"]["mosaic"]["size_from"] == "even":
 bad = [f"{k} is {m[k]:.4g}, not {v:.4g}" for k, v in least.items() if not m[k] >= v]
 bad += [f"{k} is {m[k]:.4g}, not {v:.4g}" for k, v in most.items() if not m[k] <= v]
 if len(sys.argv) > 4:
-    other = json.load(open(sys.argv[4]))
+    both, other = (json.load(open(name)) for name in sys.argv[4:6])
+    other.update(coverage=both["coverage"], overlap=both["overlap"], invalid=both["invalid"])
     bad += [f"{k} is {m[k]:.6g}, but the judge says {other[k]:.6g}"
             for k in ("coverage", "corners4", "squareness", "aspect", "side_cv", "delta_e", "delta_e_p95", "overlap", "tiles")
             if not abs(m[k] - other[k]) <= 1e-4 * (abs(other[k]) if k[0] == "d" else 1e-3)]

@@ -82,7 +82,7 @@ static void best_mode_reaches_its_bars(void **state)
         assert_true(m.corners4 >= 0.98 && m.lost <= TILES / 100);
         assert_true(m.squareness <= 15 && m.field_angle <= 7 && m.edge_angle <= 6);
         assert_true(m.straddlers <= 0.07 && m.sizes_met >= 0.9 && m.delta_e < 0.5);
-        assert_int_equal(m.tiles, pave_stones_count(stones));
+        assert_int_equal(m.tiles + m.chips, pave_stones_count(stones));
         assert_non_null(pave_stones_rgb(stones));
         pave_stones_free(&stones);
     }
@@ -95,6 +95,7 @@ static void chips_fill_gaps(void **state)
     pave_context *context = *state;
     pave_image *photo = photo_of(context, SIDE, SIDE);
     pave_mosaic_params params = params_of(PAVE_MODE_BEST, TILES);
+    int32_t more = 0;
     for (int k = 0; k < 3; k++) {
         params.joint = k == 1 ? 0.05 : 0;
         params.periodic = k == 2;
@@ -103,7 +104,8 @@ static void chips_fill_gaps(void **state)
         params.chips = 1;
         pave_stones *stones = lay(context, photo, &params);
         pave_mosaic_measure m = measure_of(context, stones), plain = measure_of(context, without);
-        assert_true(m.chips > 0 && plain.chips == 0 && m.tiles == plain.tiles);
+        assert_true(m.chips > 0 && m.chips >= plain.chips && m.tiles == plain.tiles);
+        more += m.chips - plain.chips;
         assert_int_equal(m.tiles + m.chips, pave_stones_count(stones));
         assert_true(m.overlap == 0 && m.coverage > plain.coverage - 0.002 && m.corners4 >= 0.995);
         for (int32_t i = m.tiles; i < m.tiles + m.chips; i++)
@@ -111,6 +113,7 @@ static void chips_fill_gaps(void **state)
         pave_stones_free(&stones);
         pave_stones_free(&without);
     }
+    assert_true(more > 0);
     pave_image_free(&photo);
 }
 
