@@ -335,7 +335,8 @@ pave_result pv_mosaic_judge(pave_context *context, const pv_work *w, const pave_
 {
     judgement j = { w, stones, NULL };
     *m = (pave_mosaic_measure){ .size = sizeof *m, .tiles = tiles_of(stones), .chips = stones->mosaic->chips,
-                                .lost = w->n - stones->mosaic->served, .singularities = w->guide->singularities, .tile_side = w->side };
+                                .lost = w->n - stones->mosaic->served,
+                                .singularities = w->guide->singularities, .tile_side = w->side };
     pave_result result = judge(context, &j, m);
     m->overlap /= pixels_of(w);
     return result;

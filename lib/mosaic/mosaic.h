@@ -140,6 +140,9 @@ pave_result pv_tiles_cut(pave_context *context, const pv_work *w, pave_stones *o
  * *closed: 0: a period's margin is too small. */
 pave_result pv_quads_cut(pave_context *context, const pv_work *w, int plain, int *closed, pave_stones *out);
 
+/* cut.c: a tile in each face, or if `plain` the face itself. */
+pave_result pv_faces_cut(pave_context *context, const pv_work *w, const pv_tess *tess, int plain, pave_stones *out);
+
 /* colour.c */
 pave_result pv_tiles_colour(pave_context *context, const pv_work *w, pave_stones *stones);
 
