@@ -127,8 +127,8 @@ enum { TASK = 256 };
 
 /* Losses of a cell's area for which one stone of four corners is kept. A wedge beside a bent contour eats the edge of
  * the drawing; among stones of one colour it is hardly seen. */
-#define LOSS_INSIDE 0.11
-#define LOSS_AT_CONTOUR 0.1
+#define LOSS_INSIDE 0.115
+#define LOSS_AT_CONTOUR 0.087
 #define LOSS_AT_BEND 0.02
 #define LOSS_PARTED 0.06
 #define LOSS_MORE_CORNERS 0.01
