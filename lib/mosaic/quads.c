@@ -22,8 +22,6 @@ static pave_result trace(pave_context *context, const pv_work *w, pv_tess *tess)
 {
     pave_result result = PAVE_OK;
     pv_pieces pieces = { 0 };
-    pv_net net = { 0 };
-    pv_outline outline = { 0 };
     pv_tess_place place = { 0, 0, 1, w->side / 2, { 0, 0 } };
     if (w->period)
         place.period = (pv_cell){ w->period->width, w->period->height };
@@ -32,15 +30,9 @@ static pave_result trace(pave_context *context, const pv_work *w, pv_tess *tess)
     double least = w->side * (w->size ? w->size_min : 1) / 3;
     result = pv_pieces_split(context, &image, (int64_t)(least * least) + 1, 1, &pieces);
     if (!result)
-        result = pv_net_trace(context, &pieces, &net);
-    if (!result)
-        result = pv_outline_draw(context, &net, &place, &outline);
-    if (!result)
-        result = pv_tess_build(context, &net, &place, &outline, tess);
+        result = pv_tess_trace(context, &pieces, &place, tess);
     tess->has_whole = w->period != NULL;
     tess->whole = (pv_cell){ w->margin * PV_GRID, w->margin * PV_GRID };
-    pv_outline_free(&outline);
-    pv_net_free(&net);
     pv_pieces_free(&pieces);
     return result;
 }

@@ -65,6 +65,11 @@ static int is_there(const pv_grid *grid, int64_t voxel)
     return voxel >= 0 && grid->state[voxel] >= PAVE_VOXEL_MEASURED;
 }
 
+static int16_t voxel_weight(const pv_sampler *sampler, int64_t voxel)
+{
+    return sampler->grid->state[voxel] == PAVE_VOXEL_MEASURED && !sampler->paper ? MEASURED_WEIGHT : 1;
+}
+
 /* The voxel's neighbourhood in a plane, weighted like the bank's. */
 static void gather(choice *c, int p)
 {
@@ -78,8 +83,7 @@ static void gather(choice *c, int p)
     for (int y = -r, tap = 0; y <= r; y++)
         for (int x = -r; x <= r; x++, tap += n) {
             int64_t voxel = step_u[x] < 0 || step_v[y] < 0 ? -1 : here + step_u[x] + step_v[y];
-            int measured = grid->state[voxel < 0 ? 0 : voxel] == PAVE_VOXEL_MEASURED && !c->s->paper;
-            int16_t there = (int16_t)(!is_there(grid, voxel) ? 0 : measured ? MEASURED_WEIGHT : 1);
+            int16_t there = !is_there(grid, voxel) ? 0 : voxel_weight(c->s, voxel);
             int64_t root = w->root[tap];
             area += there ? root * root : 0;
             present += root * root * there * there;

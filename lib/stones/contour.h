@@ -23,6 +23,5 @@ pave_result pv_outline_draw(pave_context *context, const pv_net *net, const pv_t
 pave_result pv_outline_redraw(pave_context *context, const pv_net *net, const pv_tess_place *place, pv_outline *out);
 void pv_outline_free(pv_outline *outline);
 
-/* mesh.c: the faces of an outline. Where straight chains would cross they are drawn crack by crack. */
-pave_result pv_tess_build(pave_context *context, const pv_net *net, const pv_tess_place *place, pv_outline *outline,
-                          pv_tess *out);
+/* mesh.c: the faces of pieces, their outline drawn. Where straight chains would cross they are drawn crack by crack. */
+pave_result pv_tess_trace(pave_context *context, const pv_pieces *pieces, const pv_tess_place *place, pv_tess *out);

@@ -139,8 +139,8 @@ static pave_result find_crossings(pave_context *context, const pv_net *net, cons
     return result;
 }
 
-pave_result pv_tess_build(pave_context *context, const pv_net *net, const pv_tess_place *place, pv_outline *outline,
-                          pv_tess *out)
+static pave_result build(pave_context *context, const pv_net *net, const pv_tess_place *place, pv_outline *outline,
+                         pv_tess *out)
 {
     int64_t found = 1;
     pave_result result = PAVE_OK;
@@ -154,4 +154,18 @@ pave_result pv_tess_build(pave_context *context, const pv_net *net, const pv_tes
             result = pv_outline_redraw(context, net, place, outline);
     }
     return result ? result : pv_tess_index(context, out);
+}
+
+pave_result pv_tess_trace(pave_context *context, const pv_pieces *pieces, const pv_tess_place *place, pv_tess *out)
+{
+    pv_net net = { 0 };
+    pv_outline outline = { 0 };
+    pave_result result = pv_net_trace(context, pieces, &net);
+    if (!result)
+        result = pv_outline_draw(context, &net, place, &outline);
+    if (!result)
+        result = build(context, &net, place, &outline, out);
+    pv_outline_free(&outline);
+    pv_net_free(&net);
+    return result;
 }

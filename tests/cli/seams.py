@@ -6,8 +6,8 @@ import re
 import sys
 from collections import Counter
 
-import cv2
 import numpy as np
+from PIL import Image
 
 
 def load(path):
@@ -73,7 +73,7 @@ def judge_joints(tessellation):
 
 
 def judge_picture(path):
-    picture = cv2.imread(path).astype(float)
+    picture = np.asarray(Image.open(path).convert("RGB")).astype(float)
     for axis in (0, 1):
         steps = np.abs(picture - np.roll(picture, 1, axis)).mean(axis=(1 - axis, 2)) # [0]: over the border
         deviation = (steps[0] - steps[1:].mean()) / steps[1:].std()

@@ -7,8 +7,8 @@ import re
 import subprocess
 import sys
 
-import cv2
 import numpy as np
+from PIL import Image
 
 pave, drawing, wrapped, cut = sys.argv[1:]
 
@@ -24,10 +24,10 @@ def area(ring):
     return (np.roll(x, -1) * y - x * np.roll(y, -1)).sum() / 2
 
 
-image = cv2.imread(drawing, 0)
+image = np.asarray(Image.open(drawing).convert("L"))
 height, width = image.shape
 stones, parts = load(wrapped), load(cut)
-cv2.imwrite("tiled.png", np.tile(image, (3, 3)))
+Image.fromarray(np.tile(image, (3, 3))).save("tiled.png")
 with open("tiled.svg", "w") as file:
     file.write(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {3 * width} {3 * height}">\n')
     for dy in range(3):

@@ -83,7 +83,7 @@ wait_for 30 sh -c 'sinfo -h -o %t | grep -qx idle'
 
 status=1 failing=
 cp "$root/examples/drawings/copacabana.png" drawing.png
-options="--half-side 2 --iterations 3"
+options="--mode paper --half-side 2 --iterations 3"
 pave lay drawing.png $options --quiet -o whole.svg
 submit() { sh "$root/examples/cluster/slurm.sh" "$work/drawing.png" "$work/laid.svg" $options --memory 170M; }
 idle() { [ -z "$(squeue -h)" ]; }
