@@ -142,18 +142,21 @@ int32_t pv_candidates_find(pv_worker *worker, const pv_scale *scale, pv_area win
                            pv_candidate *out)
 {
     const pv_bank *bank = worker->canvas->bank;
+    pv_area part = worker->repeats.area;
     int32_t count = 0, counted = counted_pixels(&worker->query);
     for (int32_t i = 0; i < bank->sheets; i++) {
         pv_places p = some_places(scale, &bank->sheet[i], window.width, window.height, random);
         if (!p.across)
             continue;
+        p = pv_places_even(p, pv_wrapped(part.x + window.x, worker->canvas->width),
+                           pv_wrapped(part.y + window.y, worker->canvas->height));
         pv_search_all(&worker->query, p, worker->compare, worker->costs);
         for (int32_t k = 0; k < SHORT_LIST; k++) {
             int32_t x, y;
             int64_t cost = take_least(worker->costs, &p, &x, &y);
             if (cost == PV_NO_PLACE)
                 break;
-            int32_t place = p.sheet->first + (p.y + y) * bank->stride + p.x + x;
+            int32_t place = pv_place_at(bank, &p, x, y);
             count = insert(out, count, most,
                            (pv_candidate){ place, score_of(worker, scale, window, place, cost, counted) });
         }

@@ -106,6 +106,17 @@ static pave_result take_slow_out(pave_context *context, const float *rgb, int32_
     return result;
 }
 
+/* Is nothing around it higher? The flank of the centre is no peak. */
+static int is_peak(const float *correlation, int32_t width, int32_t height, int32_t x, int32_t y)
+{
+    for (int32_t k = 0; k < 9; k++) {
+        int32_t u = (x + k % 3 - 1 + width) % width, v = (y + k / 3 - 1 + height) % height;
+        if (correlation[(int64_t)v * width + u] > correlation[(int64_t)y * width + x])
+            return 0;
+    }
+    return 1;
+}
+
 static double highest_peak(const float *correlation, int32_t width, int32_t height)
 {
     double most = -1;
@@ -113,7 +124,8 @@ static double highest_peak(const float *correlation, int32_t width, int32_t heig
         for (int32_t x = 0; x < width; x++) {
             int32_t dx = x < width - x ? x : width - x, dy = y < height - y ? y : height - y;
             double v = correlation[0] > 0 ? correlation[(int64_t)y * width + x] / correlation[0] : 0;
-            most = dx * dx + dy * dy > 256 && v > most ? v : most;
+            if (dx * dx + dy * dy > 256 && v > most && is_peak(correlation, width, height, x, y))
+                most = v;
         }
     return most;
 }

@@ -5,6 +5,8 @@
 #include <stdatomic.h>
 #include <string.h>
 
+enum { FEW_PLACES = 8 };
+
 pave_result pv_query_create(pave_context *context, const pv_bank *bank, int32_t most_width, int32_t most_height,
                             pv_query *out)
 {
@@ -119,19 +121,22 @@ pv_compare *pv_compare_choose(int32_t search)
 pv_places pv_places_all(const pv_sheet *sheet, int32_t width, int32_t height)
 {
     int32_t across = sheet->width - width + 1, down = sheet->height - height + 1;
-    return (pv_places){ sheet, 0, 0, across > 0 && down > 0 ? across : 0, down > 0 ? down : 0 };
+    return (pv_places){ sheet, 0, 0, across > 0 && down > 0 ? across : 0, down > 0 ? down : 0, 1 };
 }
 
-static int32_t place_at(const pv_query *query, const pv_places *places, int32_t x, int32_t y)
+pv_places pv_places_even(pv_places p, int32_t x, int32_t y)
 {
-    return places->sheet->first + (places->y + y) * query->bank->stride + places->x + x;
+    int32_t odd_x = (p.x + x) & 1, odd_y = (p.y + y) & 1;
+    if (p.across < FEW_PLACES || p.down < FEW_PLACES)
+        return p;
+    return (pv_places){ p.sheet, p.x + odd_x, p.y + odd_y, (p.across - odd_x + 1) / 2, (p.down - odd_y + 1) / 2, 2 };
 }
 
 void pv_search_all(const pv_query *query, pv_places places, pv_compare *compare, int64_t *out)
 {
     for (int32_t y = 0; y < places.down; y++)
         for (int32_t x = 0; x < places.across; x++) {
-            int32_t place = place_at(query, &places, x, y);
+            int32_t place = pv_place_at(query->bank, &places, x, y);
             int clear = pv_bank_clear(query->bank, place, query->width, query->height);
             *out++ = clear ? compare(query, place, PV_NO_PLACE) : PV_NO_PLACE;
         }
@@ -158,7 +163,7 @@ static void scan_rows(void *data, int32_t task, int32_t worker)
     for (int32_t y = task * s->rows; y < end; y++) {
         int64_t others = atomic_load(&s->bound);
         for (int32_t x = 0; x < s->places.across; x++) {
-            int32_t place = place_at(s->query, &s->places, x, y);
+            int32_t place = pv_place_at(s->query->bank, &s->places, x, y);
             int64_t bound = others < s->least[task] ? others + 1 : s->least[task]; /* equals of earlier rows count */
             if (!pv_bank_clear(s->query->bank, place, s->query->width, s->query->height))
                 continue;
@@ -227,7 +232,7 @@ static void search_row(void *data, int32_t row, int32_t worker)
     const rows *r = data;
     pv_places one = r->places;
     (void)worker;
-    one.y += row;
+    one.y += row * one.step;
     one.down = 1;
     pv_search_all(r->query, one, r->compare, r->costs + (int64_t)row * one.across);
 }
@@ -237,7 +242,7 @@ static pave_result costs_by_device(pave_context *context, pv_searcher *searcher,
     const pv_places *places = &r->places;
     pave_result result = pv_vulkan_costs(context, searcher, r->query, places, r->costs);
     for (int32_t k = 0; k < places->across * places->down && !result; k++)
-        if (!pv_bank_clear(r->query->bank, place_at(r->query, places, k % places->across, k / places->across),
+        if (!pv_bank_clear(r->query->bank, pv_place_at(r->query->bank, places, k % places->across, k / places->across),
                            r->query->width, r->query->height))
             r->costs[k] = PV_NO_PLACE;
     return result;
@@ -279,7 +284,7 @@ static pave_result vulkan_least(pave_context *context, pv_searcher *searcher, co
     for (int32_t k = 0; k < places->across * places->down && !result; k++)
         if (costs[k] < *difference) {
             *difference = costs[k];
-            *place = place_at(query, places, k % places->across, k / places->across);
+            *place = pv_place_at(query->bank, places, k % places->across, k / places->across);
         }
     pv_release(costs);
     return result;

@@ -35,14 +35,23 @@ void pv_query_end(pv_query *query);
 /* Sets a pixel to what lies at a place. */
 void pv_query_set(pv_query *query, int32_t x, int32_t y, int32_t place);
 
-/* A part of a sheet, of places for the block's first pixel. */
+/* A part of a sheet, of places for the block's first pixel, every one or every `step`th of them across and down. */
 typedef struct pv_places {
     const pv_sheet *sheet;
-    int32_t x, y, across, down;
+    int32_t x, y, across, down, step;
 } pv_places;
 
 /* The places of a sheet where the block has room; none: across is 0. */
 pv_places pv_places_all(const pv_sheet *sheet, int32_t width, int32_t height);
+
+/* Of many places, those an even number of px from (x, y): a quarter of the work. Copies that all lie on one raster of
+ * 2 px also stay copies when a result is halved, as mip maps are. */
+pv_places pv_places_even(pv_places places, int32_t x, int32_t y);
+
+static inline int32_t pv_place_at(const pv_bank *bank, const pv_places *places, int32_t x, int32_t y)
+{
+    return places->sheet->first + (places->y + y * places->step) * bank->stride + places->x + x * places->step;
+}
 
 /* One difference; anything from `bound` on may be told instead if it is not less than that. */
 typedef int64_t pv_compare(const pv_query *query, int32_t place, int64_t bound);

@@ -33,8 +33,9 @@ pave_result pv_vulkan_costs(pave_context *context, pv_searcher *searcher, const 
                             const pv_places *places, int64_t *costs)
 {
     int32_t depth = query->bank->depth;
-    pv_match_places where = { places->sheet->first * depth, query->bank->stride * depth, depth, places->across,
-                              places->down };
+    int32_t step = places->step * depth;
+    pv_match_places where = { pv_place_at(query->bank, places, 0, 0) * depth, query->bank->stride * step, step,
+                              places->across, places->down };
     pave_result result = open_matcher(context, searcher, query);
     pv_match_entry *entries = NULL;
     if (!result)
