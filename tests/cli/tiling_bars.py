@@ -1,14 +1,15 @@
 """Judges tilings of crops of 128 x 128 px, 256 x 256 px on a torus, by an independent judge: the bars for mode best, and
 that the figures in our report are the judge's.
 
-usage: tiling_bars.py PAVE SHARED WORK [all]     three crops, one seed; with `all` ten crops, medians of three seeds
+usage: tiling_bars.py PAVE SHARED WORK [SEED SEED SEED]     three crops, one seed; with seeds ten crops, their medians
 """
 import json, statistics, subprocess, sys
 import numpy as np
 from PIL import Image
 
 pave, shared, work = sys.argv[1:4]
-everything = sys.argv[4:] == ["all"]
+seeds = sys.argv[4:] or ["1"]
+everything = len(seeds) > 1
 sys.path.insert(0, shared + "/check")
 import check_tiling
 
@@ -36,25 +37,25 @@ def crop(name):
     Image.fromarray(np.rint(a[y:y + 128, x:x + 128]).astype(np.uint8)).save(f"{work}/{name}.png")
 
 
-def tile(name, seed):
+def tile(name, seed, exemplar):
     out = f"{work}/{name}-{seed}.png"
-    report = subprocess.run([pave, "tile", f"{work}/{name}.png", "--seed", str(seed), "-q", "-o", out, "--json"],
+    report = subprocess.run([pave, "tile", f"{work}/{name}.png", "--seed", seed, "-q", "-o", out, "--json"],
                             check=True, capture_output=True, text=True).stdout
     own = json.loads(report)["measure"]
     r = check_tiling.judge(f"{work}/{name}.png", out)
     for theirs, ours in TOLD.items():
         assert abs(r[theirs] - own[ours]) < 1e-3 * max(1, abs(r[theirs])), f"{name}: {theirs} {r[theirs]} is {own[ours]}"
     assert -0.1 < r["coherence"] - own["coherence"] < 2.5, "coherence: beyond what the judge's rounding explains"
-    assert abs(r["swd"] - own["sliced"]) < 0.15 * r["swd"] + 0.3, f"{name}: swd {r['swd']} is {own['sliced']}"  # at random
+    scatter = exemplar["swd"]  # both figures are of patches drawn at random: what the exemplar has against itself
+    assert abs(r["swd"] - own["sliced"]) < 0.1 * r["swd"] + scatter, f"{name}: swd {r['swd']} is {own['sliced']}"
     return dict(r, energy=own["seam_energy"], stone=own["stone_ratio"], repeat=own["repeat"])
 
 
-def bars(name):
+def bars(name, exemplar):
     coherence, completeness, energy = CROPS[name][3:]
-    own = check_tiling.judge(f"{work}/{name}.png", f"{work}/{name}.png", False)["worst_line"]
     return {
         "seam_x": (0, 1.5 if name == "brick" else 1.3), "seam_y": (0, 1.5 if name == "brick" else 1.3),
-        "worst_line": (0, max(1.6, 1.15 * own)), "coherence": (0, (0.6 if name == "granite" else 0.5) * coherence),
+        "worst_line": (0, max(1.6, 1.15 * exemplar["worst_line"])), "coherence": (0, (0.6 if name == "granite" else 0.5) * coherence),
         "completeness": (0, 0.8 * completeness), "entropy": (0.955, 1), "overuse": (0, 2.5), "emd": (0, 3),
         "swd": (0, 3), "blur": (0.95, 1.1), "energy": (0, energy),
         "stone": (0, 1.5 if name in ("rubble", "brick") else 9), "repeat": (-1, 0.3 if name == "brick" else 0.2),
@@ -64,10 +65,11 @@ def bars(name):
 failed = 0
 for name in list(CROPS) if everything else list(CROPS)[:3]:
     crop(name)
-    results = [tile(name, seed) for seed in ((1, 2, 3) if everything else (1,))]
+    exemplar = check_tiling.judge(f"{work}/{name}.png", f"{work}/{name}.png", False)
+    results = [tile(name, seed, exemplar) for seed in seeds]
     slack = 1 if everything else 1.15  # one seed scatters
     line = []
-    for key, (low, high) in bars(name).items():
+    for key, (low, high) in bars(name, exemplar).items():
         value = statistics.median(r[key] for r in results)
         good = low / slack <= value <= high * slack or (key == "repeat" and value <= high * slack)
         line.append(f"{key} {value:.3g}{'' if good else f' (wants {low:.3g}..{high:.3g})'}")
