@@ -8,38 +8,46 @@
 enum { SHORT_LIST = 24, APART = 4 };
 
 pave_result pv_worker_create(pave_context *context, const pave_tiling_params *params, const pv_scale *scale,
-                             pv_canvas *canvas, const pv_coverage *coverage, int32_t most_width, int32_t most_height,
-                             pv_worker *out)
+                             pv_attempt *attempt, pv_worker *out)
 {
+    const pv_bank *bank = attempt->canvas.bank;
+    int32_t most_width = scale->part_width > scale->block ? scale->part_width : scale->block;
+    int32_t most_height = scale->part_height > scale->block ? scale->part_height : scale->block;
     size_t pixels = (size_t)most_width * (size_t)most_height, places = (size_t)scale->places * (size_t)scale->places;
     int32_t side = scale->block + 2 > scale->window ? scale->block + 2 : scale->window;
-    memset(out, 0, sizeof *out);
-    out->params = params;
-    out->canvas = canvas;
-    out->coverage = coverage;
-    out->compare = pv_compare_choose(params->search);
-    pave_result result = pv_repeats_create(context, canvas, most_width, most_height, scale->radius, params->repeat,
-                                           &out->repeats);
+    *out = (pv_worker){ .params = params, .scale = scale, .compare = pv_compare_choose(params->search) };
+    pave_result result = pv_repeats_create(context, &attempt->canvas, most_width, most_height, scale->radius,
+                                           params->repeat, &out->repeats);
     if (!result)
         result = pv_cut_create(context, scale->reach, scale->reach, &out->cut);
     if (!result)
-        result = pv_query_create(context, canvas->bank, side, side, &out->query);
+        result = pv_query_create(context, bank, side, side, &out->query);
+    if (!result)
+        out->copy.taken = pv_allocate(context, (size_t)scale->reach * (size_t)scale->reach, 1, &result);
     if (!result)
         out->costs = pv_allocate(context, places, sizeof *out->costs, &result);
     if (!result)
         out->heat = pv_allocate(context, pixels, sizeof *out->heat, &result);
     if (!result)
         out->sums = pv_allocate(context, pixels, sizeof *out->sums, &result);
-    out->prices = (pv_prices){ coverage, &out->repeats, params->guide_weight };
     if (result)
         pv_worker_free(out);
     return result;
+}
+
+void pv_worker_turn(pv_worker *worker, pv_attempt *attempt)
+{
+    worker->attempt = attempt;
+    worker->canvas = &attempt->canvas;
+    worker->repeats.canvas = &attempt->canvas;
+    worker->prices = (pv_prices){ &attempt->coverage, &worker->repeats, worker->params->guide_weight };
 }
 
 void pv_worker_free(pv_worker *worker)
 {
     pv_repeats_free(&worker->repeats);
     pv_cut_free(&worker->cut);
+    pv_release(worker->copy.taken);
     pv_query_free(&worker->query);
     pv_release(worker->costs);
     pv_release(worker->heat);
@@ -172,12 +180,17 @@ static int32_t price_in_copy(const void *data, int32_t x, int32_t y, int32_t pla
     return pv_price_of(copy->prices, copy->x + x, copy->y + y, place);
 }
 
-int64_t pv_copy_find(pv_worker *worker, const pv_scale *scale, pv_area window, int32_t place, pv_area *area,
-                     int32_t *first)
+void pv_copy_try(pv_worker *worker, const pv_scale *scale, pv_area window, int32_t place)
 {
-    pv_area local = copy_area(worker, scale, window, place, first), part = worker->repeats.area;
+    const pv_canvas *canvas = worker->canvas;
+    pv_copy *best = &worker->copy, copy = { .taken = worker->cut.taken };
+    pv_area local = copy_area(worker, scale, window, place, &copy.first), part = worker->repeats.area;
     copy_price price = { &worker->prices, local.x, local.y };
-    *area = (pv_area){ pv_wrapped(part.x + local.x, worker->canvas->width),
-                       pv_wrapped(part.y + local.y, worker->canvas->height), local.width, local.height };
-    return pv_cut_find(&worker->cut, worker->canvas, *area, *first, price_in_copy, &price);
+    copy.area = (pv_area){ pv_wrapped(part.x + local.x, canvas->width), pv_wrapped(part.y + local.y, canvas->height),
+                           local.width, local.height };
+    copy.gain = pv_cut_find(&worker->cut, canvas, copy.area, copy.first, price_in_copy, &price);
+    if (copy.gain <= best->gain)
+        return;
+    worker->cut.taken = best->taken;
+    *best = copy;
 }

@@ -13,6 +13,10 @@ pave_result pv_cut_create(pave_context *context, int32_t most_width, int32_t mos
     memset(out, 0, sizeof *out);
     result = pv_flow_create(context, most_width, most_height, &out->flow);
     if (!result)
+        result = pv_flow_create(context, (most_width + 1) / 2, (most_height + 1) / 2, &out->coarse);
+    if (!result)
+        out->state = pv_allocate(context, pixels, 1, &result);
+    if (!result)
         out->unlike = pv_allocate(context, pixels, sizeof *out->unlike, &result);
     if (!result)
         out->taken = pv_allocate(context, pixels, 1, &result);
@@ -24,6 +28,8 @@ pave_result pv_cut_create(pave_context *context, int32_t most_width, int32_t mos
 void pv_cut_free(pv_cut *cut)
 {
     pv_flow_free(&cut->flow);
+    pv_flow_free(&cut->coarse);
+    pv_release(cut->state);
     pv_release(cut->unlike);
     pv_release(cut->taken);
     memset(cut, 0, sizeof *cut);
@@ -143,13 +149,16 @@ int64_t pv_cut_find(pv_cut *cut, const pv_canvas *canvas, pv_area area, int32_t 
                     const void *data)
 {
     work w = { cut, canvas, area, first };
-    int64_t gain = 0;
+    int64_t gain;
     build(&w, price, data);
-    pv_flow_solve(&cut->flow);
+    int banded = pv_band_find(cut, &gain);
+    if (!banded)
+        pv_flow_solve(&cut->flow);
     for (int32_t y = 0; y < area.height; y++)
         for (int32_t x = 0; x < area.width; x++) {
             int32_t node = pv_flow_node(&cut->flow, x, y), left = cut->flow.node[node].terminal;
-            cut->taken[y * area.width + x] = (uint8_t)pv_flow_chosen(&cut->flow, node);
+            cut->taken[y * area.width + x] =
+                (uint8_t)(banded ? pv_band_taken(cut, x, y) : pv_flow_chosen(&cut->flow, node));
             gain += left > 0 ? left : 0;
         }
     return gain;

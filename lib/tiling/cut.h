@@ -9,9 +9,10 @@
 enum { PV_COST_UNIT = 16, PV_MUST = 1 << 28 }; /* costs are in 1/16 of a grey level of 255 */
 
 typedef struct pv_cut {
-    pv_flow flow;
-    int32_t *unlike; /* what pixels differ by from the copy's */
-    uint8_t *taken;  /* the cut: pixels of the area, row by row, that are the copy's */
+    pv_flow flow, coarse; /* of pixels, and of blocks of 2 x 2 */
+    uint8_t *state;       /* band.c: of each block */
+    int32_t *unlike;      /* what pixels differ by from the copy's */
+    uint8_t *taken;       /* the cut: pixels of the area, row by row, that are the copy's */
 } pv_cut;
 
 /* What else a pixel of the area costs with a source; NULL: nothing. */
@@ -21,9 +22,15 @@ pave_result pv_cut_create(pave_context *context, int32_t most_width, int32_t mos
 void pv_cut_free(pv_cut *cut);
 
 /* Cuts the copy whose pixel `first` of the bank lies on the area's first one. The area lies within the canvas, or
- * around its border where that wraps, and within the copy. Returns by how much costs fall. */
+ * around its border where that wraps, and within the copy. Returns by how much costs fall. The cut is the least of all
+ * where pixels are not laid yet, else the least within a band. */
 int64_t pv_cut_find(pv_cut *cut, const pv_canvas *canvas, pv_area area, int32_t first, pv_price *price,
                     const void *data);
+
+/* band.c: finds the cut of what the flow holds; returns 0, with the flow as it was, where there is no such cut. `gain`
+ * is what is gained without what the flow has left. */
+int pv_band_find(pv_cut *cut, int64_t *gain);
+int pv_band_taken(const pv_cut *cut, int32_t x, int32_t y);
 
 /* Lays the pixels taken. */
 void pv_cut_lay(const uint8_t *taken, pv_canvas *canvas, pv_area area, int32_t first);

@@ -25,7 +25,7 @@ static const pv_param tiling_rows[] = {
     PV_INTEGER(pave_tiling_params, wang, "", 0, 3, "2 or 3: a set of Wang tiles with so many edge colours; 0: none"),
     PV_FLAG(pave_tiling_params, turns, "copies may be turned by quarter turns"),
     PV_FLAG(pave_tiling_params, flips, "copies may be mirrored"),
-    PV_INTEGER(pave_tiling_params, rounds, "", 0, 10000, "best: times that worst seams are cut again; 0: by size"),
+    PV_INTEGER(pave_tiling_params, rounds, "", 0, 10000, "best: turns to cut the worst seams again; 0: by size"),
     PV_REAL(pave_tiling_params, flatten, "", 0, 1, "share of slow changes of brightness left out in comparing"),
     PV_REAL(pave_tiling_params, joints, "", 0, 8, "weight of the distance to joints"),
     PV_REAL(pave_tiling_params, coverage, "", 0, 64, "weight of using all of the exemplar evenly"),

@@ -1,0 +1,123 @@
+/* Seams: the worst one of a part is looked up, and cut again with a copy that fits what is around it.
+ * Source: Kwatra et al. 2003, "Graphcut textures", section 3.2. */
+#include "tiling/best.h"
+
+enum { CLEAR = 2, MOST_FAILS = 6, CANDIDATES = 3 };
+
+/* What the seams to the right and below cost at every pixel of the part, and the sums of that. */
+static void find_heat(pv_worker *w)
+{
+    const pv_canvas *canvas = w->canvas;
+    const uint8_t *fails = w->attempt->fails;
+    pv_area part = w->repeats.area;
+    for (int32_t y = 0; y < part.height; y++) {
+        int64_t row = 0;
+        for (int32_t x = 0; x < part.width; x++) {
+            int32_t pixel = pv_pixel(canvas, part.x + x, part.y + y), at = y * part.width + x, heat = 0;
+            int32_t source = canvas->source[pixel], stride = canvas->bank->stride;
+            if (x + 1 < part.width)
+                heat += pv_seam(canvas->bank, source, canvas->source[pv_pixel(canvas, part.x + x + 1, part.y + y)], 1);
+            if (y + 1 < part.height)
+                heat += pv_seam(canvas->bank, source, canvas->source[pv_pixel(canvas, part.x + x, part.y + y + 1)],
+                                stride);
+            w->heat[at] = heat;
+            row += heat >> fails[pixel];
+            w->sums[at] = row + (y ? w->sums[at - part.width] : 0);
+        }
+    }
+}
+
+static int64_t heat_in(const pv_worker *w, int32_t x, int32_t y, int32_t width, int32_t height)
+{
+    const int64_t *sums = w->sums;
+    int32_t across = w->repeats.area.width, right = x + width - 1, bottom = y + height - 1;
+    int64_t all = sums[bottom * across + right];
+    all -= x ? sums[bottom * across + x - 1] : 0;
+    all -= y ? sums[(y - 1) * across + right] : 0;
+    return x && y ? all + sums[(y - 1) * across + x - 1] : all;
+}
+
+static int64_t worst_window(const pv_worker *w, int32_t side, pv_area *window)
+{
+    pv_area part = w->repeats.area;
+    int64_t most = -1;
+    *window = (pv_area){ 0, 0, side < part.width ? side : part.width, side < part.height ? side : part.height };
+    for (int32_t y = 0; y + window->height <= part.height; y += 2)
+        for (int32_t x = 0; x + window->width <= part.width; x += 2) {
+            int64_t heat = heat_in(w, x, y, window->width, window->height);
+            if (heat > most) {
+                most = heat;
+                window->x = x;
+                window->y = y;
+            }
+        }
+    return most;
+}
+
+/* What lies in every other row of the window, but for the seams and what is next to them. */
+static void ask(pv_worker *w, pv_area window)
+{
+    pv_area part = w->repeats.area;
+    pv_query_begin(&w->query, window.width, window.height);
+    for (int32_t y = 0; y < window.height; y += 2)
+        for (int32_t x = 0; x < window.width; x++) {
+            int32_t left = window.x + x - CLEAR, top = window.y + y - CLEAR, side = 2 * CLEAR;
+            left = left < 0 ? 0 : left + side < part.width ? left : part.width - side;
+            top = top < 0 ? 0 : top + side < part.height ? top : part.height - side;
+            if (heat_in(w, left, top, side, side) == 0)
+                pv_query_set(&w->query, x, y, w->canvas->source[pv_pixel(w->canvas, part.x + window.x + x,
+                                                                         part.y + window.y + y)]);
+        }
+    pv_query_end(&w->query);
+}
+
+static void note_failure(const pv_worker *w, pv_area window)
+{
+    pv_area part = w->repeats.area;
+    for (int32_t y = 0; y < window.height; y++)
+        for (int32_t x = 0; x < window.width; x++) {
+            uint8_t *fails = &w->attempt->fails[pv_pixel(w->canvas, part.x + window.x + x, part.y + window.y + y)];
+            *fails = (uint8_t)(*fails < MOST_FAILS ? *fails + 1 : MOST_FAILS);
+        }
+}
+
+/* Lays the copy that was cut, and forgets what was tried in vain there. */
+static void lay_copy(const pv_worker *w)
+{
+    const pv_copy *copy = &w->copy;
+    pv_area area = copy->area;
+    pv_cut_lay(copy->taken, w->canvas, area, copy->first);
+    for (int32_t y = 0; y < area.height; y++)
+        for (int32_t x = 0; x < area.width; x++)
+            if (copy->taken[y * area.width + x])
+                w->attempt->fails[pv_pixel(w->canvas, area.x + x, area.y + y)] = 0;
+}
+
+int pv_seams_mend(pv_worker *w, pv_random *random)
+{
+    pv_candidate list[CANDIDATES];
+    pv_area window;
+    find_heat(w);
+    if (worst_window(w, w->scale->window, &window) <= 0)
+        return 0;
+    ask(w, window);
+    int32_t count = pv_candidates_find(w, w->scale, window, random, CANDIDATES, list);
+    w->copy.gain = 0;
+    for (int32_t i = 0; i < count; i++)
+        pv_copy_try(w, w->scale, window, list[i].place);
+    if (w->copy.gain > 0)
+        lay_copy(w);
+    else
+        note_failure(w, window);
+    return 1;
+}
+
+int64_t pv_seams_cost(pv_worker *w, pv_area part)
+{
+    int64_t cost = 0;
+    w->repeats.area = part;
+    find_heat(w);
+    for (int32_t i = 0; i < part.width * part.height; i++)
+        cost += w->heat[i];
+    return cost;
+}
