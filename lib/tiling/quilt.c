@@ -70,6 +70,7 @@ static pave_result choose(quilt *q, pv_area block, uint32_t word, int32_t *place
     for (int pass = 0; pass < 3 && !result; pass++) {
         for (int32_t i = 0; i < bank->sheets && !result; i++) {
             pv_places p = pv_places_all(&bank->sheet[i], block.width, block.height);
+            p = pv_places_even(p, block.x, block.y);
             if (!pass || bank->sheets > 1)
                 result = pv_search_costs(q->context, &q->searcher, &q->query, &p, q->costs);
             for (int32_t k = 0; k < p.across * p.down && !result; k++) {
@@ -78,7 +79,7 @@ static pave_result choose(quilt *q, pv_area block, uint32_t word, int32_t *place
                     least = cost < least ? cost : least;
                 else if (cost <= least + least / 10 && cost < PV_NO_PLACE && (pass == 1 || wanted-- == 0)) {
                     good++;
-                    *place = p.sheet->first + k / p.across * bank->stride + k % p.across;
+                    *place = pv_place_at(bank, &p, k % p.across, k / p.across);
                 }
             }
         }
