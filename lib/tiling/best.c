@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-enum { SEAMS = 3 /* that a part's turn cuts again */, MOST_ATTEMPTS = 3, ROUNDS = 100, ROUNDS_OF_MANY = 45 };
+enum { SEAMS = 3 /* that a part's turn cuts again */, MOST_ATTEMPTS = 3, ROUNDS = 100, ROUNDS_OF_MANY = 36 };
 
 /* The whole job. */
 typedef struct job {

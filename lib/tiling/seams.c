@@ -8,21 +8,21 @@ enum { CLEAR = 2, MOST_FAILS = 6, CANDIDATES = 3 };
 static void find_heat(pv_worker *w)
 {
     const pv_canvas *canvas = w->canvas;
-    const uint8_t *fails = w->attempt->fails;
+    const pv_bank *bank = canvas->bank;
     pv_area part = w->repeats.area;
-    for (int32_t y = 0; y < part.height; y++) {
-        int64_t row = 0;
-        for (int32_t x = 0; x < part.width; x++) {
-            int32_t pixel = pv_pixel(canvas, part.x + x, part.y + y), at = y * part.width + x, heat = 0;
-            int32_t source = canvas->source[pixel], stride = canvas->bank->stride;
-            if (x + 1 < part.width)
-                heat += pv_seam(canvas->bank, source, canvas->source[pv_pixel(canvas, part.x + x + 1, part.y + y)], 1);
-            if (y + 1 < part.height)
-                heat += pv_seam(canvas->bank, source, canvas->source[pv_pixel(canvas, part.x + x, part.y + y + 1)],
-                                stride);
+    for (int32_t y = 0, at = 0; y < part.height; y++) {
+        const int32_t *row = canvas->source + pv_pixel(canvas, 0, part.y + y);
+        const int32_t *below = canvas->source + pv_pixel(canvas, 0, part.y + y + 1);
+        const uint8_t *fails = w->attempt->fails + pv_pixel(canvas, 0, part.y + y);
+        int64_t sum = 0;
+        for (int32_t x = 0, u = part.x; x < part.width; x++, at++) {
+            int32_t next = u + 1 < canvas->width ? u + 1 : 0;
+            int32_t heat = x + 1 < part.width ? pv_seam(bank, row[u], row[next], 1) : 0;
+            heat += y + 1 < part.height ? pv_seam(bank, row[u], below[u], bank->stride) : 0;
+            sum += heat >> fails[u];
             w->heat[at] = heat;
-            row += heat >> fails[pixel];
-            w->sums[at] = row + (y ? w->sums[at - part.width] : 0);
+            w->sums[at] = sum + (y ? w->sums[at - part.width] : 0);
+            u = next;
         }
     }
 }
