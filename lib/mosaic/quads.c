@@ -23,7 +23,7 @@ static pave_result trace(pave_context *context, const pv_work *w, pv_tess *tess)
     pv_pieces pieces = { 0 };
     pv_net net = { 0 };
     pv_outline outline = { 0 };
-    pv_tess_place place = { 0, 0, 1, w->side / 2, { 0, 0 } };
+    pv_tess_place place = { 0, 0, 1, w->side / 2, { 0, 0 }, NULL };
     pv_label_image image = { .width = w->width, .height = w->height, .labels = w->cvd->labels,
                              .stride = w->width, .label_count = w->n + 1, .scale = 1 };
     double least = w->side * (w->size ? w->size_min : 1) / 3;

@@ -25,7 +25,8 @@ static int64_t half_side(const pave_cvd *cvd)
  * crack; sides collapse if they are the shortest among faces' neighbours. */
 static double reach_before_blocks(double radius)
 {
-    double cell = 2 * radius, pieces = (2 * PV_PIECES_ROUNDS + 1) * cell, chains = PV_CONTOUR_REACH + 2 + 4 * cell;
+    double cell = 2 * radius, pieces = (2 * PV_PIECES_ROUNDS + 1) * cell;
+    double chains = PV_CONTOUR_REACH + PV_SMOOTH_REACH + 2 + 4 * cell;
     return pieces + chains + 2 * COLLAPSES * cell;
 }
 
@@ -93,7 +94,8 @@ static pave_result trace(pave_context *context, const pave_image *drawing, const
     pv_net net = { 0 };
     pv_outline outline = { 0 };
     pv_rect region = region_of(cvd, params);
-    pv_tess_place place = { region.x, region.y, cvd->scale, cvd->params.half_side, { 0, 0 } };
+    pv_tess_place place = { region.x, region.y, cvd->scale, cvd->params.half_side, { 0, 0 },
+                            drawing->levels ? drawing : NULL };
     if (cvd->repeats)
         place.period = (pv_cell){ cvd->place.width / cvd->scale, cvd->place.height / cvd->scale };
     pave_result result = split(context, drawing, cvd, region, params->thin == PAVE_THIN_DROP, &pieces);
