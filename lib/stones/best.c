@@ -131,7 +131,7 @@ enum { TASK = 256 };
  * the drawing; among stones of one colour it is hardly seen. */
 #define LOSS_INSIDE 0.11
 #define LOSS_AT_CONTOUR 0.1
-#define LOSS_AT_BEND 0.022
+#define LOSS_AT_BEND 0.02
 #define LOSS_PARTED 0.06
 #define LOSS_MORE_CORNERS 0.01
 
@@ -373,9 +373,9 @@ pave_result pv_best_tess(pave_context *context, const pave_image *drawing, const
                          const pave_stones_params *params, pv_tess *out)
 {
     int64_t h = half_side(cvd);
-    pv_assign_params assign = { 2 * h * MATCH_CELLS, 75, 22 };
-    pv_realise_params realise = { 2 * h * REALISE_CELLS, ROUNDS, (int32_t)h, (int32_t)(h / 4), (int32_t)(h * 5 / 16),
-                                  (int32_t)(h / 8), (int32_t)(h / 20), NULL, NULL };
+    pv_assign_params assign = { 2 * h * MATCH_CELLS, 75, 24 };
+    pv_realise_params realise = { 2 * h * REALISE_CELLS, ROUNDS, (int32_t)h, (int32_t)(h / 5), (int32_t)(h / 4),
+                                  (int32_t)(h / 8), (int32_t)(h / 17), NULL, NULL };
     pave_result result = trace(context, drawing, cvd, params, out);
     if (!result)
         result = pv_tess_collapse(context, out, h / 2, 4, COLLAPSES);

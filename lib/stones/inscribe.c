@@ -342,11 +342,47 @@ int32_t pv_stone_fit(const pv_stone_cell *cell, double most_loss, pv_cell *out)
     return found == 3 ? blunt(out) : found;
 }
 
+/* May the corner k of a ring go? Not if it is a dent, or if the rest would come into what it cuts off. */
+static int may_go(const pv_cell *ring, int32_t count, int32_t k)
+{
+    pv_cell a = ring[(k + count - 1) % count], b = ring[k], c = ring[(k + 1) % count];
+    if (pv_cell_turn(a, b, c) <= 0)
+        return pv_cell_turn(a, b, c) == 0;
+    for (int32_t s = 2; s < count - 1; s++) {
+        pv_cell p = ring[(k + s) % count];
+        if (pv_cell_turn(a, b, p) >= 0 && pv_cell_turn(b, c, p) >= 0 && pv_cell_turn(c, a, p) >= 0)
+            return 0;
+    }
+    return 1;
+}
+
+#define MOST_DROPPED 0.003 /* of a cell's area, with corners that are hardly seen */
+
+/* Drops corners of a ring, those first that cut off least, as long as all together cut off no more than that. */
+static int32_t drop_corners(pv_cell *ring, int32_t count, double most)
+{
+    while (count > 4) {
+        int32_t best = -1;
+        int64_t least = 0;
+        for (int32_t k = 0; k < count; k++) {
+            int64_t area = pv_cell_turn(ring[(k + count - 1) % count], ring[k], ring[(k + 1) % count]);
+            if ((best < 0 || area < least) && may_go(ring, count, k))
+                best = k, least = area;
+        }
+        if (best < 0 || (double)least > most)
+            return count;
+        most -= (double)least;
+        count--;
+        memmove(&ring[best], &ring[best + 1], (size_t)(count - best) * sizeof *ring);
+    }
+    return count;
+}
+
 int32_t pv_stone_inscribe(const pv_stone_cell *cell, double most_loss, pv_cell *out)
 {
     int32_t found = pv_stone_fit(cell, most_loss, out);
     if (found || cell->count > PV_STONE_MOST)
         return found;
     memcpy(out, cell->ring, (size_t)cell->count * sizeof *out);
-    return cell->count;
+    return drop_corners(out, cell->count, MOST_DROPPED * (double)pv_ring_area(cell->ring, cell->count));
 }

@@ -15,8 +15,8 @@ typedef struct pv_stone_cell {
 
 /* The convex polygon of four corners that fits into the cell and leaves little of it, of more if it leaves more than
  * `most_loss` of the area; lies in the cell exactly, and touches sides of the cell only where whole sides are common.
- * If none does, the cell itself. Returns the number of corners in `out` (of PV_STONE_MOST), 0 if the cell has too
- * many. */
+ * If none does, the cell itself, less corners that hardly count. Returns the number of corners in `out` (of
+ * PV_STONE_MOST), 0 if the cell has too many. */
 int32_t pv_stone_inscribe(const pv_stone_cell *cell, double most_loss, pv_cell *out);
 
 /* The same, but 0 if it would be the cell itself. */

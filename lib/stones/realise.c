@@ -48,7 +48,7 @@ int pv_tess_fits(const pv_tess *tess, int32_t vertex, pv_cell there)
 enum { DESCENTS = 10, STILL = 4 }; /* STILL: grid units that are not worth a move */
 
 #define LEAST_BEND 0.2 /* radians that a corner is bent by */
-#define STIFF 0.05 /* what a step costs: of two ways to make all straight the shorter one is taken */
+#define STIFF 0.12 /* what a step costs: of two ways to make all straight the shorter one is taken */
 
 /* What a vertex can do: a step z moves it by (xx zx + xy zy, xy zx + yy zy). */
 typedef struct mobility {
