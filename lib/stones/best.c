@@ -15,6 +15,8 @@
 
 enum { MATCH_CELLS = 8, REALISE_CELLS = 6, ROUNDS = 5, COLLAPSES = 3 };
 
+enum { MOST_AREA = 880 }; /* of a face that grows, hundredths of a half side squared: 2.2 mean stones */
+
 /* Lengths of the tessellation that follow from the size of stones. */
 static int64_t half_side(const pave_cvd *cvd)
 {
@@ -375,7 +377,7 @@ pave_result pv_best_tess(pave_context *context, const pave_image *drawing, const
     int64_t h = half_side(cvd);
     pv_assign_params assign = { 2 * h * MATCH_CELLS, 75, 24 };
     pv_realise_params realise = { 2 * h * REALISE_CELLS, ROUNDS, (int32_t)h, (int32_t)(h / 5), (int32_t)(h / 4),
-                                  (int32_t)(h / 8), (int32_t)(h / 17), NULL, NULL };
+                                  (int32_t)(h / 8), (int32_t)(h / 17), MOST_AREA * h * h / 100, NULL, NULL };
     pave_result result = trace(context, drawing, cvd, params, out);
     if (!result)
         result = pv_tess_collapse(context, out, h / 2, 4, COLLAPSES);
