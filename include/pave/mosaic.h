@@ -60,12 +60,15 @@ typedef struct pave_mosaic_params {
     double delta;             /* paper mode: side of a tile, sides of its cell */
     int32_t shape;            /* paper mode: PAVE_TILE_ */
     int32_t colour;           /* PAVE_COLOUR_: mean under the tile in linear light, or the pixel at its centre */
+    int32_t periodic;         /* 1: the photo's opposite borders meet, and so do the tiles across them */
+    int32_t chips;            /* best mode: 1: all tiles have four corners if they can, and chips fill what
+                                 they leave free; 0: only where that would be a hole */
 } pave_mosaic_params;
 
 #define PAVE_MOSAIC_PARAMS_INIT \
     { sizeof(pave_mosaic_params), PAVE_MODE_BEST, 2000, 0.0, 1.0, 1, PAVE_DIRECTION_AUTO, 0.5, PAVE_SIZE_EVEN, \
       0.7, 0.5, PAVE_PYRAMID_SQUARE, PAVE_START_JITTER, 40, 20, 1, 1.4, 0.2, 0.05, 0.8, PAVE_TILE_SQUARE, \
-      PAVE_COLOUR_AREA }
+      PAVE_COLOUR_AREA, 0, 0 }
 
 PAVE_API void pave_mosaic_params_init(pave_mosaic_params *params, size_t size);
 PAVE_API void pave_mosaic_sources_init(pave_mosaic_sources *sources, size_t size);
@@ -106,7 +109,7 @@ PAVE_API pave_result pave_mosaic_create(pave_context *context, const pave_mosaic
 /* What a mosaic is judged by, with the names of docs/mosaic.md. */
 typedef struct pave_mosaic_measure {
     size_t size;
-    int32_t tiles;         /* polygons that came out */
+    int32_t tiles;         /* polygons that came out, without chips */
     int32_t lost;          /* sites without one */
     int32_t singularities; /* of the field */
     double tile_side;      /* d, px */
@@ -123,6 +126,8 @@ typedef struct pave_mosaic_measure {
     double delta_e_p95;
     double sizes_met;      /* share of tiles with a side within 25 % of the wanted one */
     double size_error;     /* mean of |side / wanted side - 1| */
+    int32_t chips;         /* the last of the stones: they count only for coverage and overlap */
+    int32_t reserved;      /* 0 */
 } pave_mosaic_measure;
 
 /* Fills `measure`, whose size must be set. PAVE_ERR_ARGUMENT if the stones are no mosaic. */

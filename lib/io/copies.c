@@ -39,6 +39,8 @@ static void add(const pave_stones *stones, int32_t s, int32_t x, int32_t y, pave
         out->vertices[2 * at + 1] = stones->vertices[2 * i + 1] + (double)y * stones->plane_height;
     }
     out->colours[out->count] = stones->colours[s];
+    for (int c = 0; c < 3 && stones->rgb; c++)
+        out->rgb[3 * out->count + c] = stones->rgb[3 * s + c];
     out->starts[++out->count] = at;
 }
 
@@ -53,7 +55,7 @@ static pv_copies seen(const pave_stones *stones, int32_t s)
     return pv_copies_seen(stones, low, 2);
 }
 
-static pave_result allocate(pave_context *context, int64_t count, int64_t corners, pave_stones *out)
+static pave_result allocate(pave_context *context, int64_t count, int64_t corners, int in_colour, pave_stones *out)
 {
     pave_result result = PAVE_OK;
     out->starts = pv_allocate_zeroed(context, (size_t)count + 1, sizeof *out->starts, &result);
@@ -61,6 +63,8 @@ static pave_result allocate(pave_context *context, int64_t count, int64_t corner
         out->vertices = pv_allocate(context, (size_t)corners, 2 * sizeof *out->vertices, &result);
     if (!result)
         out->colours = pv_allocate(context, (size_t)count, sizeof *out->colours, &result);
+    if (!result && in_colour)
+        out->rgb = pv_allocate(context, (size_t)count, 3, &result);
     return result;
 }
 
@@ -71,6 +75,7 @@ pave_result pv_copies_make(pave_context *context, const pave_stones *stones, pav
     out->starts = NULL;
     out->vertices = NULL;
     out->colours = NULL;
+    out->rgb = NULL;
     out->count = 0;
     for (int32_t s = 0; s < stones->count; s++) {
         pv_copies c = seen(stones, s);
@@ -79,7 +84,7 @@ pave_result pv_copies_make(pave_context *context, const pave_stones *stones, pav
         corners += c.last_x < c.first_x || c.last_y < c.first_y
                        ? 0 : copies * (stones->starts[s + 1] - stones->starts[s]);
     }
-    pave_result result = allocate(context, count, corners, out);
+    pave_result result = allocate(context, count, corners, stones->rgb != NULL, out);
     for (int32_t s = 0; s < stones->count && !result; s++) {
         pv_copies c = seen(stones, s);
         for (int32_t y = c.first_y; y <= c.last_y; y++)
@@ -94,4 +99,5 @@ void pv_copies_free(pave_stones *copies)
     pv_release(copies->starts);
     pv_release(copies->vertices);
     pv_release(copies->colours);
+    pv_release(copies->rgb);
 }

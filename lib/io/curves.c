@@ -272,6 +272,9 @@ static pave_result read_curves(pave_context *context, const char *path, pave_cur
         result = read_text(&d, text);
     if (!result && !d.out.count)
         result = pv_fail(context, PAVE_ERR_FORMAT, "%s: has no curves", path);
+    for (int64_t i = 0; !result && i < 2 * d.out.starts[d.out.count]; i++)
+        if (!isfinite(d.out.points[i]))
+            result = pv_fail(context, PAVE_ERR_FORMAT, "%s: a curve leads beyond all numbers", path);
     if (!result)
         result = pave_curves_create(context, d.out.count, d.out.starts, d.out.points, out);
     pv_release(text);

@@ -142,6 +142,7 @@ static void put_mosaic(pv_json *json, const pave_stones *stones)
     pv_json_unsigned(json, "seed", stones->mosaic->params.seed);
     pv_json_string(json, "backend", stones->backend_name);
     pv_json_whole(json, "tiles", m->tiles);
+    pv_json_whole(json, "chips", m->chips);
     pv_json_whole(json, "lost", m->lost);
     pv_json_whole(json, "singularities", m->singularities);
     const struct { const char *name; double value; } figures[] = {

@@ -119,6 +119,7 @@ static pave_result put_tiles(pave_context *context, pv_output *output, pv_pile *
         if (result || !stone.corners)
             break;
         put_stone(output, &stone);
+        put_copies(output, &pile->head, &stone);
         if (seen % 4096 == 0)
             result = pv_progress(context, (double)seen / pile->head.count);
     }

@@ -8,7 +8,7 @@
 enum { BORDER = 2 };
 
 typedef struct chains {
-    int32_t width, height, count, room;
+    int32_t width, height, wraps, count;
     uint8_t *edge;
     int32_t *pixel;  /* of all chains, one after another */
     int32_t *first;  /* count + 1 */
@@ -21,6 +21,16 @@ static int64_t at(const chains *c, int32_t x, int32_t y)
     return (int64_t)y * c->width + x;
 }
 
+/* Where the borders meet all places are, on the other side if need be. */
+static int is_there(const chains *c, int32_t *x, int32_t *y)
+{
+    if (*x >= 0 && *y >= 0 && *x < c->width && *y < c->height)
+        return 1;
+    *x = pv_inside(*x, c->width, c->wraps);
+    *y = pv_inside(*y, c->height, c->wraps);
+    return c->wraps;
+}
+
 static int neighbours(const chains *c, int32_t pixel, int32_t found[8])
 {
     int32_t x = pixel % c->width, y = pixel / c->width, count = 0;
@@ -28,7 +38,7 @@ static int neighbours(const chains *c, int32_t pixel, int32_t found[8])
                                       { 1, -1 } };
     for (int k = 0; k < 8; k++) {
         int32_t nx = x + way[k][0], ny = y + way[k][1];
-        if (nx >= 0 && ny >= 0 && nx < c->width && ny < c->height && c->edge[at(c, nx, ny)])
+        if (is_there(c, &nx, &ny) && c->edge[at(c, nx, ny)])
             found[count++] = (int32_t)at(c, nx, ny);
     }
     return count;
@@ -64,16 +74,17 @@ static void stamp(chains *c, int32_t pixel, int32_t radius)
 {
     int32_t px = pixel % c->width, py = pixel / c->width;
     for (int32_t y = py - radius; y <= py + radius; y++)
-        for (int32_t x = px - radius; x <= px + radius; x++)
-            if (x >= 0 && y >= 0 && x < c->width && y < c->height &&
-                (x - px) * (x - px) + (y - py) * (y - py) <= radius * radius)
-                c->near[at(c, x, y)] = 1;
+        for (int32_t x = px - radius; x <= px + radius; x++) {
+            int32_t nx = x, ny = y;
+            if ((x - px) * (x - px) + (y - py) * (y - py) <= radius * radius && is_there(c, &nx, &ny))
+                c->near[at(c, nx, ny)] = 1;
+        }
 }
 
 static int along_border(const chains *c, int32_t pixel)
 {
     int32_t x = pixel % c->width, y = pixel / c->width;
-    return x < BORDER || y < BORDER || x >= c->width - BORDER || y >= c->height - BORDER;
+    return !c->wraps && (x < BORDER || y < BORDER || x >= c->width - BORDER || y >= c->height - BORDER);
 }
 
 /* Keeps the runs of a chain that are long enough and by themselves. */
@@ -118,7 +129,7 @@ static pave_result sort_chains(pave_context *context, chains *c)
 
 pave_result pv_edges_clean(pave_context *context, double least, double apart, pave_guide *guide)
 {
-    chains c = { .width = guide->width, .height = guide->height, .edge = guide->edge };
+    chains c = { .width = guide->width, .height = guide->height, .wraps = guide->wraps, .edge = guide->edge };
     size_t pixels = (size_t)c.width * (size_t)c.height, marked = 0;
     pave_result result = PAVE_OK;
     for (size_t i = 0; i < pixels; i++)

@@ -11,17 +11,12 @@ enum { MOST_TAPS = 65, CHANNELS = 3 };
 
 typedef struct finding {
     const pv_photo *photo;
-    int32_t width, height, radius;
+    int32_t width, height, wraps, radius;
     float weight[MOST_TAPS];
     float *across, *smooth; /* CIELAB, blurred along rows and then along columns */
     float *slope;           /* of the colour: how steep, and its direction as a unit vector */
     uint16_t *ridge;        /* slope where it is greatest across the edge, in 1/64 */
 } finding;
-
-static int32_t clamp(int32_t v, int32_t most)
-{
-    return v < 0 ? 0 : v < most ? v : most - 1;
-}
 
 /* A triweight kernel is as good as a Gaussian, and exact. */
 static void set_kernel(finding *f, double sigma)
@@ -53,7 +48,7 @@ static void blur_across(void *data, int32_t y, int32_t worker)
             x += inner;
         for (int32_t k = -r; k <= r && x < f->width; k++)
             for (int32_t c = 0; c < CHANNELS; c++)
-                to[x * CHANNELS + c] += f->weight[k + r] * from[clamp(x + k, f->width) * CHANNELS + c];
+                to[x * CHANNELS + c] += f->weight[k + r] * from[pv_inside(x + k, f->width, f->wraps) * CHANNELS + c];
     }
 }
 
@@ -65,7 +60,8 @@ static void blur_down(void *data, int32_t y, int32_t worker)
     float *to = f->smooth + (size_t)y * row;
     memset(to, 0, row * sizeof *to);
     for (int32_t k = -f->radius; k <= f->radius; k++) {
-        const float *from = f->across + (size_t)clamp(y + k, f->height) * row, w = f->weight[k + f->radius];
+        const float *from = f->across + (size_t)pv_inside(y + k, f->height, f->wraps) * row;
+        const float w = f->weight[k + f->radius];
         for (size_t i = 0; i < row; i++)
             to[i] += w * from[i];
     }
@@ -77,12 +73,14 @@ static void find_slopes(void *data, int32_t y, int32_t worker)
     (void)worker;
     const finding *f = data;
     size_t row = (size_t)f->width * CHANNELS;
-    const float *here = f->smooth + (size_t)y * row, *up = f->smooth + (size_t)clamp(y - 1, f->height) * row;
-    const float *down = f->smooth + (size_t)clamp(y + 1, f->height) * row;
+    const float *here = f->smooth + (size_t)y * row;
+    const float *up = f->smooth + (size_t)pv_inside(y - 1, f->height, f->wraps) * row;
+    const float *down = f->smooth + (size_t)pv_inside(y + 1, f->height, f->wraps) * row;
     for (int32_t x = 0; x < f->width; x++) {
         float xx = 0, xy = 0, yy = 0, *out = f->slope + 3 * ((int64_t)y * f->width + x);
+        int32_t before = pv_inside(x - 1, f->width, f->wraps), after = pv_inside(x + 1, f->width, f->wraps);
         for (int32_t c = 0; c < CHANNELS; c++) {
-            float gx = here[clamp(x + 1, f->width) * CHANNELS + c] - here[clamp(x - 1, f->width) * CHANNELS + c];
+            float gx = here[after * CHANNELS + c] - here[before * CHANNELS + c];
             float gy = down[x * CHANNELS + c] - up[x * CHANNELS + c];
             xx += gx * gx, xy += gx * gy, yy += gy * gy;
         }
@@ -95,10 +93,11 @@ static void find_slopes(void *data, int32_t y, int32_t worker)
 
 static float slope_at(const finding *f, double x, double y)
 {
-    int32_t ix = (int32_t)floor(x), iy = (int32_t)floor(y), x0 = clamp(ix, f->width), x1 = clamp(ix + 1, f->width);
+    int32_t ix = (int32_t)floor(x), iy = (int32_t)floor(y);
+    int32_t x0 = pv_inside(ix, f->width, f->wraps), x1 = pv_inside(ix + 1, f->width, f->wraps);
     float fx = (float)(x - ix), fy = (float)(y - iy);
-    const float *up = f->slope + 3 * (int64_t)clamp(iy, f->height) * f->width;
-    const float *down = f->slope + 3 * (int64_t)clamp(iy + 1, f->height) * f->width;
+    const float *up = f->slope + 3 * (int64_t)pv_inside(iy, f->height, f->wraps) * f->width;
+    const float *down = f->slope + 3 * (int64_t)pv_inside(iy + 1, f->height, f->wraps) * f->width;
     float a = up[3 * x0] + fx * (up[3 * x1] - up[3 * x0]), b = down[3 * x0] + fx * (down[3 * x1] - down[3 * x0]);
     return a + fy * (b - a);
 }
@@ -145,8 +144,9 @@ static void follow(const finding *f, int32_t low, int32_t high, int32_t *stack, 
         while (count) {
             int32_t at = stack[--count], x = at % f->width, y = at / f->width;
             for (int32_t k = 0; k < 9; k++) {
-                int32_t nx = x + k % 3 - 1, ny = y + k / 3 - 1, n = ny * f->width + nx;
-                if (nx < 0 || ny < 0 || nx >= f->width || ny >= f->height || edge[n] || f->ridge[n] < low)
+                int32_t nx = pv_inside(x + k % 3 - 1, f->width, f->wraps);
+                int32_t ny = pv_inside(y + k / 3 - 1, f->height, f->wraps), n = ny * f->width + nx;
+                if (edge[n] || f->ridge[n] < low)
                     continue;
                 edge[n] = 1;
                 stack[count++] = n;
@@ -187,7 +187,7 @@ static pave_result find(pave_context *context, finding *f, double strength, pave
 pave_result pv_edges_find(pave_context *context, const pv_photo *photo, double side, double strength,
                           pave_guide *guide)
 {
-    finding f = { .photo = photo, .width = photo->width, .height = photo->height };
+    finding f = { .photo = photo, .width = photo->width, .height = photo->height, .wraps = guide->wraps };
     if (strength <= 0)
         return PAVE_OK;
     set_kernel(&f, side * 0.12 > 0.5 ? side * 0.12 : 0.5);
@@ -199,14 +199,15 @@ pave_result pv_edges_find(pave_context *context, const pv_photo *photo, double s
 }
 
 /* The eight neighbours of a pixel as bits, clockwise from above. */
-static uint32_t around(const uint8_t *marks, int32_t width, int32_t height, int32_t x, int32_t y)
+static uint32_t around(const pave_guide *guide, int32_t x, int32_t y)
 {
     static const int8_t way[8][2] = { { 0, -1 }, { 1, -1 }, { 1, 0 }, { 1, 1 }, { 0, 1 }, { -1, 1 }, { -1, 0 },
                                       { -1, -1 } };
     uint32_t bits = 0;
     for (int k = 0; k < 8; k++) {
-        int32_t nx = x + way[k][0], ny = y + way[k][1];
-        if (nx >= 0 && ny >= 0 && nx < width && ny < height && marks[(int64_t)ny * width + nx])
+        int32_t nx = x + way[k][0], ny = y + way[k][1], in = guide->wraps;
+        in |= nx >= 0 && ny >= 0 && nx < guide->width && ny < guide->height;
+        if (in && guide->edge[(int64_t)pv_inside(ny, guide->height, 1) * guide->width + pv_inside(nx, guide->width, 1)])
             bits |= 1u << k;
     }
     return bits;
@@ -220,14 +221,15 @@ static int is_rind(uint32_t n, int pass)
     return count >= 2 && count <= 6 && rises == 1 && (n & first) != first && (n & second) != second;
 }
 
-static int64_t thin_once(uint8_t *marks, int32_t width, int32_t height, int pass)
+static int64_t thin_once(pave_guide *guide, int pass)
 {
+    uint8_t *marks = guide->edge;
     int64_t gone = 0;
-    for (int32_t y = 0; y < height; y++)
-        for (int32_t x = 0; x < width; x++)
-            if (marks[(int64_t)y * width + x] && is_rind(around(marks, width, height, x, y), pass))
-                marks[(int64_t)y * width + x] = 2;
-    for (int64_t i = 0; i < (int64_t)width * height; i++) {
+    for (int32_t y = 0; y < guide->height; y++)
+        for (int32_t x = 0; x < guide->width; x++)
+            if (marks[(int64_t)y * guide->width + x] && is_rind(around(guide, x, y), pass))
+                marks[(int64_t)y * guide->width + x] = 2;
+    for (int64_t i = 0; i < (int64_t)guide->width * guide->height; i++) {
         gone += marks[i] == 2;
         marks[i] = marks[i] == 1;
     }
@@ -238,8 +240,7 @@ static pave_result thin(pave_context *context, pave_guide *guide)
 {
     pave_result result = PAVE_OK;
     for (int64_t gone = 1; gone && !result; result = pv_progress(context, 0))
-        gone = thin_once(guide->edge, guide->width, guide->height, 0) +
-               thin_once(guide->edge, guide->width, guide->height, 1);
+        gone = thin_once(guide, 0) + thin_once(guide, 1);
     return result;
 }
 
@@ -256,15 +257,38 @@ pave_result pv_edges_take(pave_context *context, const pave_image *mask, pave_gu
     return thin(context, guide);
 }
 
+enum { MOST_ROUNDS = 64 }; /* that a line may go around a photo whose borders meet */
+
+/* Cuts the part of a line, 0..1, in which from + t * way is within 0..length. */
+static void cut_part(double from, double way, double length, double part[2])
+{
+    double one = -from / way, other = (length - from) / way;
+    if (way == 0) {
+        part[1] = from >= 0 && from <= length ? part[1] : -1;
+        return;
+    }
+    part[0] = fmax(part[0], fmin(one, other));
+    part[1] = fmin(part[1], fmax(one, other));
+}
+
+/* No more of it is gone along than may be seen. */
 static void draw_line(pave_guide *guide, const double *a, const double *b)
 {
-    double dx = b[0] - a[0], dy = b[1] - a[1], most = fmax(fabs(dx), fabs(dy));
-    if (!(most < 1e7))
+    double dx = b[0] - a[0], dy = b[1] - a[1], most = fmax(fabs(dx), fabs(dy)), part[2] = { 0, 1 };
+    if (!guide->wraps) {
+        cut_part(a[0], dx, guide->width, part);
+        cut_part(a[1], dy, guide->height, part);
+    }
+    if (!(most < (guide->wraps ? MOST_ROUNDS * (double)(guide->width + guide->height) : 1e9)) || part[0] > part[1])
         return;
-    int32_t steps = (int32_t)ceil(most) + 1;
+    int64_t steps = (int64_t)ceil(most) + 1, last = (int64_t)ceil(part[1] * (double)steps);
     double d2 = dx * dx + dy * dy, c = d2 > 0 ? (dx * dx - dy * dy) / d2 : 0, s = d2 > 0 ? 2 * dx * dy / d2 : 0;
-    for (int32_t i = 0; i <= steps; i++) {
-        double x = floor(a[0] + dx * i / steps), y = floor(a[1] + dy * i / steps);
+    for (int64_t i = (int64_t)floor(part[0] * (double)steps); i <= last; i++) {
+        double x = floor(a[0] + dx * (double)i / (double)steps), y = floor(a[1] + dy * (double)i / (double)steps);
+        if (guide->wraps) {
+            x -= floor(x / guide->width) * guide->width;
+            y -= floor(y / guide->height) * guide->height;
+        }
         int64_t at = (int64_t)y * guide->width + (int64_t)x;
         if (!(x >= 0 && y >= 0 && x < guide->width && y < guide->height))
             continue;

@@ -9,7 +9,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { QUARTER = 16384, SWEEPS = 12, COARSEST = 8, COARSEST_SWEEPS = 200 };
+enum { QUARTER = 16384, SWEEPS = 12, COARSEST = 8, COARSEST_SWEEPS = 200, SERIAL = 4096, SERIAL_SIDE = 62 };
 
 int32_t pv_angle_of(double x, double y)
 {
@@ -22,10 +22,11 @@ int32_t pv_angle_of(double x, double y)
     return (y < 0 ? -angle : angle) & 65535;
 }
 
-pave_result pv_distance_from(pave_context *context, const uint8_t *marks, int32_t width, int32_t height, float **out)
+pave_result pv_distance_from(pave_context *context, const uint8_t *marks, int32_t width, int32_t height, int32_t wraps,
+                             float **out)
 {
     pave_result result = PAVE_OK;
-    pv_drawing drawing = { width, height, marks, 0 };
+    pv_drawing drawing = { width, height, marks, wraps };
     size_t pixels = (size_t)width * (size_t)height;
     int32_t *fixed = pv_allocate(context, pixels, sizeof *fixed, &result);
     *out = NULL;
@@ -40,8 +41,9 @@ pave_result pv_distance_from(pave_context *context, const uint8_t *marks, int32_
 }
 
 typedef struct level {
-    int32_t width, height, step; /* px of the photo in a cell */
-    float *way;                  /* 2 a cell */
+    int32_t width, height, wraps;
+    double across, down; /* px of the photo in a cell */
+    float *way;          /* 2 a cell */
     uint8_t *fixed;
 } level;
 
@@ -52,18 +54,14 @@ typedef struct extension {
     level *level;
 } extension;
 
-static int32_t clamp(int32_t v, int32_t most)
-{
-    return v < 0 ? 0 : v < most ? v : most - 1;
-}
-
 /* The direction of the edge at one of its pixels: the main axis of the edge pixels around it, as a double angle. */
 static void direction_at(const pave_guide *g, int32_t px, int32_t py, int32_t radius, float way[2])
 {
     double n = 0, sx = 0, sy = 0, xx = 0, xy = 0, yy = 0;
     for (int32_t y = py - radius; y <= py + radius; y++)
         for (int32_t x = px - radius; x <= px + radius; x++) {
-            if (x < 0 || y < 0 || x >= g->width || y >= g->height || !g->edge[(int64_t)y * g->width + x])
+            int in = g->wraps || (x >= 0 && y >= 0 && x < g->width && y < g->height);
+            if (!in || !g->edge[(int64_t)pv_inside(y, g->height, 1) * g->width + pv_inside(x, g->width, 1)])
                 continue;
             double dx = x - px, dy = y - py, w = 1 - (dx * dx + dy * dy) / ((radius + 1.0) * (radius + 1.0));
             if (w <= 0)
@@ -109,7 +107,8 @@ static void fix_cells(const extension *e, level *l)
     const pave_guide *g = e->guide;
     for (int32_t y = 0; y < g->height; y++)
         for (int32_t x = 0; x < g->width; x++) {
-            int64_t i = (int64_t)y * g->width + x, cell = (int64_t)(y / l->step) * l->width + x / l->step;
+            int64_t i = (int64_t)y * g->width + x;
+            int64_t cell = (int64_t)(y / l->down) * l->width + (int64_t)(x / l->across);
             float folded[2];
             if (!g->edge[i])
                 continue;
@@ -123,7 +122,7 @@ static void fix_cells(const extension *e, level *l)
 static int near_edge(const extension *e, const level *l, int32_t x, int32_t y)
 {
     const pave_guide *g = e->guide;
-    int32_t px = x * l->step, py = y * l->step;
+    int32_t px = (int32_t)(x * l->across), py = (int32_t)(y * l->down);
     return g->away && (double)g->away[(int64_t)py * g->width + px] < e->frame_from;
 }
 
@@ -170,11 +169,11 @@ static void sweep_row(void *data, int32_t y, int32_t worker)
     (void)worker;
     const extension *e = data;
     const level *l = e->level;
-    const float *up = l->way + 2 * (int64_t)clamp(y - 1, l->height) * l->width;
-    const float *down = l->way + 2 * (int64_t)clamp(y + 1, l->height) * l->width;
+    const float *up = l->way + 2 * (int64_t)pv_inside(y - 1, l->height, l->wraps) * l->width;
+    const float *down = l->way + 2 * (int64_t)pv_inside(y + 1, l->height, l->wraps) * l->width;
     float *row = l->way + 2 * (int64_t)y * l->width;
     for (int32_t x = (y + e->colour) & 1; x < l->width; x += 2) {
-        int32_t left = clamp(x - 1, l->width), right = clamp(x + 1, l->width);
+        int32_t left = pv_inside(x - 1, l->width, l->wraps), right = pv_inside(x + 1, l->width, l->wraps);
         if (l->fixed[(int64_t)y * l->width + x])
             continue;
         for (int c = 0; c < 2; c++)
@@ -188,7 +187,7 @@ static pave_result sweep(pave_context *context, extension *e, level *l, int32_t 
     e->level = l;
     for (int32_t i = 0; i < 2 * sweeps && !result; i++) {
         e->colour = i & 1;
-        if ((int64_t)l->width * l->height < 4096)
+        if ((int64_t)l->width * l->height < SERIAL)
             for (int32_t y = 0; y < l->height; y++)
                 sweep_row(e, y, 0);
         else
@@ -208,11 +207,13 @@ static void refine(const level *coarse, level *l)
         }
 }
 
-static pave_result new_level(pave_context *context, int32_t width, int32_t height, int32_t step, level *l)
+static pave_result new_level(pave_context *context, int32_t width, int32_t height, level *l)
 {
     pave_result result = PAVE_OK;
     size_t cells = (size_t)width * (size_t)height;
-    *l = (level){ width, height, step, pv_allocate_zeroed(context, 2 * cells, sizeof(float), &result), NULL };
+    l->width = width;
+    l->height = height;
+    l->way = pv_allocate_zeroed(context, 2 * cells, sizeof(float), &result);
     if (!result)
         l->fixed = pv_allocate_zeroed(context, cells, 1, &result);
     return result;
@@ -229,8 +230,8 @@ static pave_result solve(pave_context *context, extension *e, level *l)
 {
     if (l->width <= COARSEST || l->height <= COARSEST)
         return sweep(context, e, l, COARSEST_SWEEPS);
-    level coarse;
-    pave_result result = new_level(context, (l->width + 1) / 2, (l->height + 1) / 2, 2 * l->step, &coarse);
+    level coarse = { .wraps = l->wraps };
+    pave_result result = new_level(context, (l->width + 1) / 2, (l->height + 1) / 2, &coarse);
     if (!result) {
         coarsen(l, &coarse);
         result = solve(context, e, &coarse);
@@ -255,13 +256,13 @@ static void read_row(void *data, int32_t y, int32_t worker)
     const reading *r = data;
     const level *l = r->l;
     pave_guide *g = r->e->guide;
-    float v = (float)((y + 0.5) / l->step - 0.5), fy = v - floorf(v);
-    int32_t y0 = clamp((int32_t)floorf(v), l->height);
-    int32_t y1 = clamp((int32_t)floorf(v) + 1, l->height);
+    float v = (float)((y + 0.5) / l->down - 0.5), fy = v - floorf(v);
+    int32_t y0 = pv_inside((int32_t)floorf(v), l->height, l->wraps);
+    int32_t y1 = pv_inside((int32_t)floorf(v) + 1, l->height, l->wraps);
     for (int32_t x = 0; x < g->width; x++) {
-        float u = (float)((x + 0.5) / l->step - 0.5), fx = u - floorf(u), way[2];
-        int32_t x0 = clamp((int32_t)floorf(u), l->width);
-        int32_t x1 = clamp((int32_t)floorf(u) + 1, l->width);
+        float u = (float)((x + 0.5) / l->across - 0.5), fx = u - floorf(u), way[2];
+        int32_t x0 = pv_inside((int32_t)floorf(u), l->width, l->wraps);
+        int32_t x1 = pv_inside((int32_t)floorf(u) + 1, l->width, l->wraps);
         for (int c = 0; c < 2; c++) {
             float a = l->way[2 * ((int64_t)y0 * l->width + x0) + c], b = l->way[2 * ((int64_t)y0 * l->width + x1) + c];
             float d = l->way[2 * ((int64_t)y1 * l->width + x0) + c], f = l->way[2 * ((int64_t)y1 * l->width + x1) + c];
@@ -272,6 +273,23 @@ static void read_row(void *data, int32_t y, int32_t worker)
     }
 }
 
+/* The finest cells. Where the borders meet they are so many that levels are even until they are done by one thread:
+ * else cells of one colour would be neighbours across the borders. */
+static pave_result new_finest(pave_context *context, const pave_guide *guide, int32_t step, level *l)
+{
+    int32_t across = (guide->width + step - 1) / step, down = (guide->height + step - 1) / step, unit = 1;
+    *l = (level){ .wraps = guide->wraps, .across = step, .down = step };
+    while (guide->wraps && (across > unit * SERIAL_SIDE || down > unit * SERIAL_SIDE))
+        unit *= 2;
+    if (guide->wraps) {
+        across = (across + unit - 1) / unit * unit;
+        down = (down + unit - 1) / unit * unit;
+        l->across = (double)guide->width / across;
+        l->down = (double)guide->height / down;
+    }
+    return new_level(context, across, down, l);
+}
+
 pave_result pv_field_harmonic(pave_context *context, int32_t fold, double side, pave_guide *guide)
 {
     extension e = { .guide = guide, .fold = fold, .frame_from = 4 * side };
@@ -280,12 +298,13 @@ pave_result pv_field_harmonic(pave_context *context, int32_t fold, double side, 
     pave_result result = edge_directions(context, side, guide);
     if (result)
         return result;
-    result = new_level(context, (guide->width + step - 1) / step, (guide->height + step - 1) / step, step, &finest);
+    result = new_finest(context, guide, step, &finest);
     if (!result) {
         fix_cells(&e, &finest);
         for (int64_t i = 0; i < (int64_t)finest.width * finest.height; i++)
             normalise(finest.way + 2 * i);
-        fix_frame(&e, &finest);
+        if (!guide->wraps)
+            fix_frame(&e, &finest);
         result = solve(context, &e, &finest);
     }
     reading r = { &e, &finest };
@@ -303,8 +322,9 @@ pave_result pv_field_gradient(pave_context *context, pave_guide *guide)
         for (int32_t x = 0; x < guide->width; x++) {
             double d[3][3];
             for (int k = 0; k < 9; k++)
-                d[k / 3][k % 3] = (double)distance[(int64_t)clamp(y + k / 3 - 1, guide->height) * guide->width +
-                                                   clamp(x + k % 3 - 1, guide->width)];
+                d[k / 3][k % 3] =
+                    (double)distance[(int64_t)pv_inside(y + k / 3 - 1, guide->height, guide->wraps) * guide->width +
+                                     pv_inside(x + k % 3 - 1, guide->width, guide->wraps)];
             double gx = d[0][2] - d[0][0] + 2 * (d[1][2] - d[1][0]) + d[2][2] - d[2][0];
             double gy = d[2][0] - d[0][0] + 2 * (d[2][1] - d[0][1]) + d[2][2] - d[0][2];
             int32_t angle = gx != 0 || gy != 0 ? pv_angle_of(gx, gy) + QUARTER : 0;
@@ -340,14 +360,17 @@ static int32_t turn(const pave_guide *g, int32_t fold, int64_t from, int64_t to)
 pave_result pv_field_singularities(pave_context *context, int32_t fold, double side, pave_guide *guide)
 {
     int32_t step = side > 8 ? (int32_t)(side / 4) : 2;
-    int32_t across = (guide->width - 1) / step, down = (guide->height - 1) / step;
+    int32_t across = (guide->width - !guide->wraps) / step, down = (guide->height - !guide->wraps) / step;
     pave_result result = PAVE_OK;
     size_t room = (size_t)across * (size_t)down;
     guide->singularity = pv_allocate(context, 2 * room, sizeof *guide->singularity, &result);
     for (int32_t y = 0; y < down && !result; y++)
         for (int32_t x = 0; x < across; x++) {
-            int64_t a = (int64_t)y * step * guide->width + (int64_t)x * step, b = a + step;
-            int64_t d = a + (int64_t)step * guide->width, c = d + step;
+            int32_t right = guide->wraps && x == across - 1 ? 0 : (x + 1) * step;
+            int32_t below = guide->wraps && y == down - 1 ? 0 : (y + 1) * step;
+            int64_t a = (int64_t)y * step * guide->width + (int64_t)x * step;
+            int64_t b = (int64_t)y * step * guide->width + right;
+            int64_t d = (int64_t)below * guide->width + (int64_t)x * step, c = (int64_t)below * guide->width + right;
             int32_t round = turn(guide, fold, a, b) + turn(guide, fold, b, c) + turn(guide, fold, c, d) +
                             turn(guide, fold, d, a);
             if (round) {

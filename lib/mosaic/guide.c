@@ -40,7 +40,8 @@ static pave_result gather_edges(pave_context *context, const pave_mosaic_sources
     if (!result && !count_marks(guide)) {
         if (sources->edges || sources->curves)
             return pv_fail(context, PAVE_ERR_ARGUMENT, "none of the edges given lies in the photo");
-        pv_note(context, PAVE_MESSAGE_INFO, "no edges were found: rows follow the frame");
+        pv_note(context, PAVE_MESSAGE_INFO, "no edges were found: rows follow %s",
+                guide->wraps ? "the axes" : "the frame");
     }
     return result;
 }
@@ -75,7 +76,7 @@ static pave_result make(pave_context *context, const pave_mosaic_sources *source
     if (!result)
         result = gather_edges(context, sources, params, photo, side, guide);
     if (!result && count_marks(guide))
-        result = pv_distance_from(context, guide->edge, guide->width, guide->height, &guide->away);
+        result = pv_distance_from(context, guide->edge, guide->width, guide->height, guide->wraps, &guide->away);
     if (!result)
         result = make_field(context, sources, params, side, guide);
     return result ? result : pv_field_singularities(context, params->aspect != 1 ? 2 : 4, side, guide);
@@ -91,6 +92,7 @@ pave_result pv_guide_make(pave_context *context, const pave_mosaic_sources *sour
         return result;
     guide->width = photo->width;
     guide->height = photo->height;
+    guide->wraps = params->periodic;
     result = make(context, sources, params, photo, guide);
     if (result)
         pave_guide_free(&guide);

@@ -240,23 +240,33 @@ static int ascending(const void *a, const void *b)
     return (p > q) - (p < q);
 }
 
-/* The value that a share of those that apply does not reach. */
+/* Chips are not judged by themselves. */
+static int32_t tiles_of(const pave_stones *s)
+{
+    return s->count - s->mosaic->chips;
+}
+
+/* The value that a share of those that apply does not reach; between two of them as near to each as the share is. */
 static double rank(const judgement *j, size_t offset, double share, double *values)
 {
     int32_t count = 0;
-    for (int32_t i = 0; i < j->stones->count; i++) {
+    for (int32_t i = 0; i < tiles_of(j->stones); i++) {
         double v = *(const double *)(const void *)((const char *)&j->verdicts[i] + offset);
         if (v >= 0)
             values[count++] = v;
     }
     qsort(values, (size_t)count, sizeof *values, ascending);
-    return count ? values[(int32_t)(share * (count - 1) + 0.5)] : 0;
+    if (!count)
+        return 0;
+    double at = share * (count - 1);
+    int32_t below = (int32_t)at, above = below + 1 < count ? below + 1 : below;
+    return values[below] + (at - below) * (values[above] - values[below]);
 }
 
 static double mean(const judgement *j, size_t offset)
 {
     double sum = 0, count = 0;
-    for (int32_t i = 0; i < j->stones->count; i++) {
+    for (int32_t i = 0; i < tiles_of(j->stones); i++) {
         double v = *(const double *)(const void *)((const char *)&j->verdicts[i] + offset);
         if (v >= 0)
             sum += v, count++;
@@ -264,13 +274,21 @@ static double mean(const judgement *j, size_t offset)
     return count > 0 ? sum / count : 0;
 }
 
+static double pixels_of(const pv_work *w)
+{
+    const pv_work *photo = w->period ? w->period : w;
+    return (double)photo->width * photo->height;
+}
+
 static void sum_up(const judgement *j, double *values, pave_mosaic_measure *m)
 {
-    double pixels = (double)j->w->width * j->w->height, n = j->stones->count ? j->stones->count : 1;
+    double pixels = pixels_of(j->w), n = fmax(1, tiles_of(j->stones));
     double root = 0, square = 0;
     for (int32_t i = 0; i < j->stones->count; i++) {
         const verdict *v = &j->verdicts[i];
         m->coverage += v->area / pixels;
+        if (i >= tiles_of(j->stones))
+            continue;
         m->corners4 += (v->corners == 4) / n;
         m->straddlers += v->straddles / n;
         m->sizes_met += (fabs(v->size - 1) <= 0.25) / n;
@@ -304,7 +322,7 @@ static pave_result judge(pave_context *context, judgement *j, pave_mosaic_measur
     if (!result)
         sum_up(j, values, m);
     if (!result)
-        result = pv_overlap(context, j->stones, &m->overlap);
+        result = pv_overlap(context, j->stones, j->w->period != NULL, &m->overlap);
     pv_release(values);
     pv_release(j->verdicts);
     pv_release(r.pixel);
@@ -316,9 +334,10 @@ pave_result pv_mosaic_judge(pave_context *context, const pv_work *w, const pave_
                             pave_mosaic_measure *m)
 {
     judgement j = { w, stones, NULL };
-    *m = (pave_mosaic_measure){ .size = sizeof *m, .tiles = stones->count, .lost = w->n - stones->mosaic->served,
+    *m = (pave_mosaic_measure){ .size = sizeof *m, .tiles = tiles_of(stones), .chips = stones->mosaic->chips,
+                                .lost = w->n - stones->mosaic->served,
                                 .singularities = w->guide->singularities, .tile_side = w->side };
     pave_result result = judge(context, &j, m);
-    m->overlap /= (double)w->width * w->height;
+    m->overlap /= pixels_of(w);
     return result;
 }

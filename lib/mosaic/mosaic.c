@@ -31,6 +31,8 @@ static const pv_param mosaic_rows[] = {
     PV_REAL(pave_mosaic_params, delta, "sides", 0.05, 4, "paper mode: side of a tile"),
     PV_CHOICE(pave_mosaic_params, shape, "square|ellipse|cell", "paper mode: what is laid at a site"),
     PV_CHOICE(pave_mosaic_params, colour, "area|point", "of a tile: mean of the light under it, or its centre's pixel"),
+    PV_FLAG(pave_mosaic_params, periodic, "opposite borders of the photo meet, and tiles go on across them"),
+    PV_FLAG(pave_mosaic_params, chips, "best mode: tiles have four corners, and chips fill what they leave"),
 };
 
 const pv_table pv_mosaic_table = PV_TABLE("mosaic", default_params, mosaic_rows);
@@ -114,26 +116,55 @@ pave_result pave_guide_create(pave_context *context, const pave_mosaic_sources *
     return result;
 }
 
-static pave_result cut(pave_context *context, const pv_work *w, pave_stones *stones)
+static pave_result cut(pave_context *context, const pv_work *w, int *closed, pave_stones *stones)
 {
-    if (w->params->mode == PAVE_MODE_BEST)
-        return pv_quads_cut(context, w, 0, stones);
-    return w->params->shape == PAVE_TILE_CELL ? pv_quads_cut(context, w, 1, stones) : pv_tiles_cut(context, w, stones);
+    int plain = w->params->mode == PAVE_MODE_PAPER;
+    *closed = 1;
+    if (plain && w->params->shape != PAVE_TILE_CELL)
+        return pv_tiles_cut(context, w, stones);
+    return pv_quads_cut(context, w, plain, closed, stones);
 }
 
-static pave_result lay_tiles(pave_context *context, pv_work *w, pave_stones *stones)
+/* *enough: 0: what is around a period does not do. */
+static pave_result lay_tiles(pave_context *context, pv_work *w, int *enough, pave_stones *stones)
 {
     pv_call call = pv_call_begin(context, "mosaic", 0.2, 0.7);
     pave_result result = pv_tiles_pack(context, w);
     pv_call_end(context, call);
+    *enough = w->needed <= w->margin;
+    if (result || !*enough)
+        return result;
     call = pv_call_begin(context, "mosaic", 0.7, 1);
-    if (!result)
-        result = cut(context, w, stones);
-    if (!result)
-        result = pv_tiles_colour(context, w, stones);
+    result = cut(context, w, enough, stones);
+    if (result || !*enough) {
+        pv_call_end(context, call);
+        return result;
+    }
+    result = pv_tiles_colour(context, w, stones);
     if (!result)
         result = pv_mosaic_judge(context, w, stones, &stones->mosaic->measure);
     pv_call_end(context, call);
+    return result;
+}
+
+/* A period with ever more around it, until that is enough. */
+static pave_result lay_period(pave_context *context, const pv_work *w, pave_cvd **cvd, pave_stones *stones)
+{
+    int enough = 0;
+    pave_result result = PAVE_OK;
+    for (int32_t margin = pv_period_guess(w); !enough && !result;) {
+        pave_guide guide;
+        pv_work wide;
+        result = pv_period_widen(context, w, margin, &guide, &wide);
+        if (!result)
+            result = lay_tiles(context, &wide, &enough, stones);
+        if (!result && enough)
+            pv_period_settle(&wide, stones);
+        if (!result && enough)
+            *cvd = wide.cvd, wide.cvd = NULL;
+        margin = (wide.needed > margin ? wide.needed : margin) + margin / 4;
+        pv_period_drop(&guide, &wide);
+    }
     return result;
 }
 
@@ -146,6 +177,7 @@ static pave_result new_stones(pave_context *context, const pv_work *w, pave_ston
     stones->width = stones->plane_width = w->width;
     stones->height = stones->plane_height = w->height;
     stones->report.size = sizeof stones->report;
+    stones->field.periodic = w->params->periodic;
     stones->mosaic = pv_allocate_zeroed(context, 1, sizeof *stones->mosaic, &result);
     if (!result)
         stones->mosaic->params = *w->params;
@@ -170,10 +202,13 @@ static pave_result run(pave_context *context, const inputs *in, const pave_guide
     w.guide = guide ? guide : own;
     if (!result && (w.guide->width != w.width || w.guide->height != w.height))
         result = pv_fail(context, PAVE_ERR_ARGUMENT, "the guide has not the photo's size");
+    if (!result && w.guide->wraps != in->params.periodic)
+        result = pv_fail(context, PAVE_ERR_ARGUMENT, "guide and mosaic must both be periodic, or neither");
     if (!result)
         result = new_stones(context, &w, out);
+    int enough;
     if (!result)
-        result = lay_tiles(context, &w, *out);
+        result = in->params.periodic ? lay_period(context, &w, &w.cvd, *out) : lay_tiles(context, &w, &enough, *out);
     if (!result)
         describe(&w, *out);
     end(&w);

@@ -3,6 +3,7 @@
 
 #include "cvd/cvd.h"
 #include "stones/stones.h"
+#include "stones/tess.h"
 #include "util/fixed.h"
 
 #include <pave/mosaic.h>
@@ -35,6 +36,7 @@ struct pave_curves {
 
 struct pave_guide {
     int32_t width, height;
+    int32_t wraps; /* its borders meet */
     uint8_t *edge;
     uint16_t *direction;
     float *away; /* from the nearest edge, px; NULL: there are none */
@@ -58,6 +60,14 @@ pave_result pv_field_harmonic(pave_context *context, int32_t fold, double side, 
 pave_result pv_field_take(pave_context *context, const pave_image *image, pave_guide *guide);
 pave_result pv_field_singularities(pave_context *context, int32_t fold, double side, pave_guide *guide);
 
+/* A place along a line of `length`: what lies beyond its ends is at the other end if it wraps, else at this one. */
+static inline int32_t pv_inside(int32_t v, int32_t length, int32_t wraps)
+{
+    if (v >= 0 && v < length)
+        return v;
+    return wraps ? pv_modulo(v, length) : v < 0 ? 0 : length - 1;
+}
+
 /* An angle as 65536 to a turn, of a vector that is not 0. */
 int32_t pv_angle_of(double x, double y);
 
@@ -78,8 +88,15 @@ typedef struct pv_work {
     double size_min; /* the least of them */
     double scale;    /* times size: a tile's side, px */
     pave_cvd *cvd;
-    int64_t empty;   /* cells that had no pixel at the end */
+    const struct pv_work *period; /* what repeats: this is it with `margin` px of its copies around; or NULL */
+    int32_t margin, needed;       /* needed: once it is packed, how large the margin should have been */
 } pv_work;
+
+/* Is the label one of a tile that is wanted, not of a hole or of a copy? */
+static inline int pv_is_tile(const pv_work *w, int32_t label)
+{
+    return label < w->cvd->site_count && w->cvd->mine[label];
+}
 
 /* The side that a tile at (x, y) is wanted to have, px. */
 static inline double pv_wanted_side(const pv_work *w, double x, double y)
@@ -99,28 +116,43 @@ pave_result pv_sites_sow(pave_context *context, const pv_work *w, pave_site *sit
 /* pack.c: Lloyd's method, with the edges masked for a while (sections 3 and 6). */
 pave_result pv_tiles_pack(pave_context *context, pv_work *w);
 
+/* period.c: a first guess of the margin; one period with that much around it; does each side of the period's faces lie
+ * on another of them, or on a copy? And tiles moved from there to where the period is, and with copies around. */
+int32_t pv_period_guess(const pv_work *w);
+pave_result pv_period_widen(pave_context *context, const pv_work *w, int32_t margin, pave_guide *guide, pv_work *wide);
+void pv_period_drop(pave_guide *guide, pv_work *wide);
+int pv_period_closes(const pv_work *w, const pv_tess *tess);
+void pv_period_settle(const pv_work *w, pave_stones *stones);
+pave_result pv_period_copies(pave_context *context, const pave_stones *stones, pave_stones *out);
+
 /* What is kept of a mosaic with its stones. */
 typedef struct pv_mosaic_record {
     pave_mosaic_params params;
     pave_mosaic_measure measure;
     int32_t served; /* sites that have a tile */
+    int32_t chips;  /* the last of the stones */
 } pv_mosaic_record;
 
 /* tiles.c: the text's own tiles. */
 pave_result pv_tiles_cut(pave_context *context, const pv_work *w, pave_stones *out);
 
-/* quads.c: tiles as quadrilaterals that leave nothing between them but joints; or, if `plain`, cells as they are. */
-pave_result pv_quads_cut(pave_context *context, const pv_work *w, int plain, pave_stones *out);
+/* quads.c: tiles as quadrilaterals that leave nothing between them but joints; or, if `plain`, cells as they are.
+ * *closed: 0: a period's margin is too small. */
+pave_result pv_quads_cut(pave_context *context, const pv_work *w, int plain, int *closed, pave_stones *out);
+
+/* cut.c: a tile in each face, or if `plain` the face itself. */
+pave_result pv_faces_cut(pave_context *context, const pv_work *w, const pv_tess *tess, int plain, pave_stones *out);
 
 /* colour.c */
 pave_result pv_tiles_colour(pave_context *context, const pv_work *w, pave_stones *stones);
 
 /* overlap.c: the area that two tiles share, summed over all pairs, px^2. */
-pave_result pv_overlap(pave_context *context, const pave_stones *stones, double *area);
+pave_result pv_overlap(pave_context *context, const pave_stones *stones, int periodic, double *area);
 
 /* judge.c */
 pave_result pv_mosaic_judge(pave_context *context, const pv_work *w, const pave_stones *stones,
                             pave_mosaic_measure *out);
 
 /* Distance from the nearest marked pixel, px; a large number where there is none. */
-pave_result pv_distance_from(pave_context *context, const uint8_t *marks, int32_t width, int32_t height, float **out);
+pave_result pv_distance_from(pave_context *context, const uint8_t *marks, int32_t width, int32_t height, int32_t wraps,
+                             float **out);

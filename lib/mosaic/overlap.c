@@ -123,7 +123,8 @@ static void fill(const pave_stones *s, grid *g)
     }
 }
 
-static double with_others(const pave_stones *s, const grid *g, int32_t tile)
+/* With tiles from `copies` on each pair is met twice. */
+static double with_others(const pave_stones *s, const grid *g, int32_t tile, int32_t copies)
 {
     const bounds *b = &g->box[tile];
     int32_t x = square_of(b->left, g->side, g->across), y = square_of(b->top, g->side, g->down);
@@ -133,12 +134,13 @@ static double with_others(const pave_stones *s, const grid *g, int32_t tile)
             for (int32_t k = g->first[v * g->across + u]; k >= 0; k = g->next[k]) {
                 const bounds *c = &g->box[k];
                 if (k > tile && c->left < b->right && c->right > b->left && c->top < b->bottom && c->bottom > b->top)
-                    area += shared_by(s, tile, k);
+                    area += shared_by(s, tile, k) / (k < copies ? 1 : 2);
             }
     return area;
 }
 
-pave_result pv_overlap(pave_context *context, const pave_stones *s, double *area)
+/* Of the first `own` tiles with all that follow. */
+static pave_result sum_up(pave_context *context, const pave_stones *s, int32_t own, double *area)
 {
     pave_result result = PAVE_OK;
     grid g = { .side = GRID };
@@ -156,13 +158,26 @@ pave_result pv_overlap(pave_context *context, const pave_stones *s, double *area
         g.next = pv_allocate(context, (size_t)s->count, sizeof *g.next, &result);
     if (!result)
         fill(s, &g);
-    for (int32_t i = 0; i < s->count && !result; i++) {
-        *area += with_others(s, &g, i);
+    for (int32_t i = 0; i < own && !result; i++) {
+        *area += with_others(s, &g, i, own);
         if (i % 1024 == 0)
             result = pv_progress(context, 1);
     }
     pv_release(g.box);
     pv_release(g.first);
     pv_release(g.next);
+    return result;
+}
+
+pave_result pv_overlap(pave_context *context, const pave_stones *stones, int periodic, double *area)
+{
+    pave_stones copies = { .count = 0 };
+    if (!periodic)
+        return sum_up(context, stones, stones->count, area);
+    pave_result result = pv_period_copies(context, stones, &copies);
+    if (!result)
+        result = sum_up(context, &copies, stones->count, area);
+    pv_release(copies.starts);
+    pv_release(copies.vertices);
     return result;
 }

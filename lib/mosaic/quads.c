@@ -6,7 +6,6 @@
 #include "stones/assign.h"
 #include "stones/collapse.h"
 #include "stones/contour.h"
-#include "stones/inscribe.h"
 #include "stones/realise.h"
 
 #include <math.h>
@@ -14,7 +13,9 @@
 
 enum { BLOCK_TILES = 8, MOST_CORNERS = 16 };
 
-#define SIZE_PULL 0.5 /* how far a rectangle goes towards the size that is wanted */
+#define SIZE_PULL 0.5 /* how far a rectangle goes towards the size that is wanted, */
+#define ASPECT_PULL 0.15 /* and towards the wanted ratio of its sides */
+#define FIELD_WEIGHT 1.2 /* of the field in a rectangle's direction, its own sides' being 1 */
 
 /* Labels into faces: holes are labels of their own, at the end. */
 static pave_result trace(pave_context *context, const pv_work *w, pv_tess *tess)
@@ -24,8 +25,10 @@ static pave_result trace(pave_context *context, const pv_work *w, pv_tess *tess)
     pv_net net = { 0 };
     pv_outline outline = { 0 };
     pv_tess_place place = { 0, 0, 1, w->side / 2, { 0, 0 }, NULL };
+    if (w->period)
+        place.period = (pv_cell){ w->period->width, w->period->height };
     pv_label_image image = { .width = w->width, .height = w->height, .labels = w->cvd->labels,
-                             .stride = w->width, .label_count = w->n + 1, .scale = 1 };
+                             .stride = w->width, .label_count = w->cvd->site_count + 1, .scale = 1 };
     double least = w->side * (w->size ? w->size_min : 1) / 3;
     result = pv_pieces_split(context, &image, (int64_t)(least * least) + 1, 1, &pieces);
     if (!result)
@@ -34,6 +37,8 @@ static pave_result trace(pave_context *context, const pv_work *w, pv_tess *tess)
         result = pv_outline_draw(context, &net, &place, &outline);
     if (!result)
         result = pv_tess_build(context, &net, &place, &outline, tess);
+    tess->has_whole = w->period != NULL;
+    tess->whole = (pv_cell){ w->margin * PV_GRID, w->margin * PV_GRID };
     pv_outline_free(&outline);
     pv_net_free(&net);
     pv_pieces_free(&pieces);
@@ -87,11 +92,18 @@ static int corners_of(const pv_tess *tess, int32_t face, pv_cell *out)
     return count;
 }
 
+static int32_t direction_at(const pv_work *w, const rectangle *r)
+{
+    int32_t x = pv_inside((int32_t)(r->x / PV_GRID), w->width, 0);
+    int32_t y = pv_inside((int32_t)(r->y / PV_GRID), w->height, 0);
+    return w->guide->direction[(int64_t)y * w->width + x];
+}
+
 /* Its direction is between that of the sides and the field's. */
 static void turn_rectangle(const pv_work *w, const pv_cell *corner, int count, rectangle *r)
 {
     double c4 = 0, s4 = 0, around = 0;
-    int32_t fc, fs, px = (int32_t)(r->x / PV_GRID), py = (int32_t)(r->y / PV_GRID);
+    int32_t fc, fs;
     for (int i = 0; i < count; i++) {
         pv_cell a = corner[i], b = corner[i + 1 < count ? i + 1 : 0];
         double dx = (double)b.x - a.x, dy = (double)b.y - a.y, d2 = dx * dx + dy * dy, length = sqrt(d2);
@@ -100,11 +112,9 @@ static void turn_rectangle(const pv_work *w, const pv_cell *corner, int count, r
         s4 += length * 2 * c * s;
         around += length;
     }
-    px = px < 0 ? 0 : px < w->width ? px : w->width - 1;
-    py = py < 0 ? 0 : py < w->height ? py : w->height - 1;
-    pv_turn(4 * w->guide->direction[(int64_t)py * w->width + px], &fc, &fs);
-    c4 += around * fc / 65536;
-    s4 += around * fs / 65536;
+    pv_turn(4 * direction_at(w, r), &fc, &fs);
+    c4 += FIELD_WEIGHT * around * fc / 65536;
+    s4 += FIELD_WEIGHT * around * fs / 65536;
     for (int halving = 0; halving < 2; halving++) { /* the root of the unit vector, twice */
         double length = sqrt(c4 * c4 + s4 * s4), c = length > 0 ? c4 / length : 1;
         c4 = sqrt(fmax(0, (1 + c) / 2));
@@ -112,6 +122,14 @@ static void turn_rectangle(const pv_work *w, const pv_cell *corner, int count, r
     }
     r->c = c4;
     r->s = s4;
+}
+
+/* Does the field go along the rectangle's first direction rather than across? */
+static int lies_along(const pv_work *w, const rectangle *r)
+{
+    int32_t fc, fs;
+    pv_turn(direction_at(w, r), &fc, &fs);
+    return fabs(fc * r->c + fs * r->s) >= fabs(fs * r->c - fc * r->s);
 }
 
 static int rectangle_of(const pv_work *w, const pv_tess *tess, int32_t face, rectangle *r)
@@ -132,9 +150,10 @@ static int rectangle_of(const pv_work *w, const pv_tess *tess, int32_t face, rec
         r->b += fabs(dy * r->c - dx * r->s) / count;
     }
     double wanted = pv_wanted_side(w, r->x / PV_GRID, r->y / PV_GRID) * PV_GRID / 2, is = sqrt(r->a * r->b);
-    double grow = is > 0 ? 1 + SIZE_PULL * (wanted / is - 1) : 1;
-    r->a *= grow;
-    r->b *= grow;
+    double grow = is > 0 ? 1 + SIZE_PULL * (wanted / is - 1) : 1, stretch = sqrt(w->params->aspect);
+    double a = is * (lies_along(w, r) ? stretch : 1 / stretch), b = is * is / fmax(a, 1);
+    r->a = grow * (r->a + ASPECT_PULL * (a - r->a));
+    r->b = grow * (r->b + ASPECT_PULL * (b - r->b));
     return 1;
 }
 
@@ -169,7 +188,8 @@ static pave_result shape(pave_context *context, const pv_work *w, pv_tess *tess)
     shaping s = { w, 0.12, 0.4 };
     int32_t step = (int32_t)(side / 8), shortest = (int32_t)(least / 8);
     pv_realise_params draw = { block, 24, (int32_t)(side / 2), step, (int32_t)(least / 4), shortest, 0, 0, pull, &s };
-    pv_realise_params settle = { block, 6, (int32_t)(side / 4), step, (int32_t)(least / 5), shortest, 0, 0, NULL, NULL };
+    pv_realise_params settle = { block, 6, (int32_t)(side / 4), step, (int32_t)(least / 5), shortest, 0, 0, NULL,
+                                 NULL };
     pave_result result = pv_tess_collapse(context, tess, (int64_t)(least / 5), 4, 3);
     if (!result)
         result = pv_assign_flats(context, &assign, tess, 0.2, 0.3);
@@ -178,129 +198,15 @@ static pave_result shape(pave_context *context, const pv_work *w, pv_tess *tess)
     return result ? result : pv_realise_flats(context, &settle, tess, 0.6, 0.8);
 }
 
-/* Tiles of all faces, before they are put one after the other. */
-typedef struct cutting {
-    const pv_work *w;
-    const pv_tess *tess;
-    int plain;
-    pv_cell *corner; /* of face f from tess->first[f] on */
-    int32_t *count;
-} cutting;
-
-enum { TASK = 64 };
-
-/* Is every corner of a tile within the ring that it is made of, or on it, and the tile in order? */
-static int lies_within(const pv_cell *ring, int32_t count, const pv_cell *tile, int32_t corners)
-{
-    if (corners < 3 || !pv_ring_valid(tile, corners))
-        return 0;
-    for (int32_t i = 0; i < corners; i++) {
-        int inside = 0, on = 0;
-        for (int32_t k = 0; k < count; k++) {
-            pv_cell a = ring[k], b = ring[k + 1 < count ? k + 1 : 0], p = tile[i];
-            int64_t turn = pv_cell_turn(a, b, p);
-            on |= !turn && (p.x - (int64_t)a.x) * (p.x - (int64_t)b.x) <= 0 &&
-                  (p.y - (int64_t)a.y) * (p.y - (int64_t)b.y) <= 0;
-            if ((a.y > p.y) != (b.y > p.y) && (turn > 0) == (b.y < a.y))
-                inside = !inside;
-        }
-        if (!inside && !on)
-            return 0;
-    }
-    return 1;
-}
-
-/* Sides move inwards; those of a tile hardly larger than the joint may miss each other: then its corners do. */
-static int32_t open_joint(pv_cell *tile, int32_t count, double way)
-{
-    pv_cell whole[PV_STONE_MOST];
-    memcpy(whole, tile, (size_t)count * sizeof *whole);
-    int32_t left = pv_stone_offset(tile, count, way);
-    if (lies_within(whole, count, tile, left))
-        return left;
-    memcpy(tile, whole, (size_t)count * sizeof *whole);
-    left = pv_stone_draw_in(tile, count, way);
-    return lies_within(whole, count, tile, left) ? left : 0;
-}
-
-static int32_t cut_tile(const cutting *c, int32_t face, pv_cell *out)
-{
-    pv_cell ring[PV_STONE_MOST];
-    uint8_t corner[PV_STONE_MOST];
-    const pv_tess *tess = c->tess;
-    int32_t count = pv_tess_ring(tess, face, ring, PV_STONE_MOST);
-    if (count > PV_STONE_MOST)
-        return 0;
-    if (c->plain) {
-        memcpy(out, ring, (size_t)count * sizeof *ring);
-        return count;
-    }
-    for (int32_t i = 0; i < count; i++)
-        corner[i] = (uint8_t)pv_is_corner(tess, tess->first[face] + i);
-    pv_stone_cell cell = { count, ring, corner, 0 };
-    int32_t kept = pv_stone_inscribe(&cell, 0.055, out);
-    if (!pv_ring_contains(ring, count, out, kept)) { /* slivers are beyond its arithmetic */
-        memcpy(out, ring, (size_t)count * sizeof *ring);
-        kept = count;
-    }
-    return open_joint(out, kept, c->w->params->joint / 2 * c->w->side * PV_GRID);
-}
-
-static void cut_tiles(void *data, int32_t task, int32_t worker)
-{
-    const cutting *c = data;
-    (void)worker;
-    for (int32_t f = task * TASK; f < (task + 1) * TASK && f < c->tess->face_count; f++) {
-        pv_cell tile[PV_STONE_MOST];
-        c->count[f] = c->tess->label[f] < c->w->n ? cut_tile(c, f, tile) : 0;
-        memcpy(c->corner + c->tess->first[f], tile, (size_t)c->count[f] * sizeof *tile);
-    }
-}
-
-static void add_tile(const cutting *c, int32_t face, pave_stones *out)
-{
-    int64_t at = out->starts[out->count], from = c->tess->first[face];
-    for (int32_t i = 0; i < c->count[face]; i++) {
-        out->vertices[2 * (at + i)] = (double)c->corner[from + i].x / PV_GRID;
-        out->vertices[2 * (at + i) + 1] = (double)c->corner[from + i].y / PV_GRID;
-    }
-    out->sites[out->count] = out->count;
-    out->mosaic->served += c->tess->part[face] == 0;
-    out->starts[++out->count] = at + c->count[face];
-}
-
-static pave_result isolate(pave_context *context, cutting *c, pave_stones *out)
-{
-    pave_result result = PAVE_OK;
-    size_t n = (size_t)c->tess->face_count, corners = (size_t)c->tess->first[n];
-    out->starts = pv_allocate_zeroed(context, n + 1, sizeof *out->starts, &result);
-    if (!result)
-        out->vertices = pv_allocate(context, corners, 2 * sizeof *out->vertices, &result);
-    if (!result)
-        out->sites = pv_allocate(context, n, sizeof *out->sites, &result);
-    if (!result)
-        c->corner = pv_allocate(context, corners, sizeof *c->corner, &result);
-    if (!result)
-        c->count = pv_allocate(context, n, sizeof *c->count, &result);
-    if (!result)
-        result = pv_parallel(context, ((int32_t)n + TASK - 1) / TASK, cut_tiles, c, 0.8, 1);
-    for (int32_t f = 0; f < (int32_t)n && !result; f++)
-        if (c->count[f])
-            add_tile(c, f, out);
-    pv_release(c->corner);
-    pv_release(c->count);
-    return result;
-}
-
-pave_result pv_quads_cut(pave_context *context, const pv_work *w, int plain, pave_stones *out)
+pave_result pv_quads_cut(pave_context *context, const pv_work *w, int plain, int *closed, pave_stones *out)
 {
     pv_tess tess = { 0 };
     pave_result result = trace(context, w, &tess);
     if (!result && !plain)
         result = shape(context, w, &tess);
-    cutting c = { w, &tess, plain, NULL, NULL };
-    if (!result)
-        result = isolate(context, &c, out);
+    *closed = !result && (!w->period || pv_period_closes(w, &tess));
+    if (!result && *closed)
+        result = pv_faces_cut(context, w, &tess, plain, out);
     pv_tess_free(&tess);
     return result;
 }

@@ -46,14 +46,35 @@ static void add_up(const pv_work *w, int squares, const float *from, int32_t str
     }
 }
 
+/* A stretch of a line, in two parts where it goes beyond the ends of one that wraps. */
+typedef struct stretch {
+    int32_t from[2], to[2], parts;
+} stretch;
+
+static stretch stretch_around(int32_t at, int32_t radius, int32_t length, int32_t wraps)
+{
+    radius = 2 * radius + 1 < length || !wraps ? radius : (length - 1) / 2;
+    int32_t low = at - radius, high = at + radius + 1;
+    if (!wraps || (low >= 0 && high <= length))
+        return (stretch){ { low > 0 ? low : 0, 0 }, { high < length ? high : length, 0 }, 1 };
+    return low < 0 ? (stretch){ { low + length, 0 }, { length, high }, 2 }
+                   : (stretch){ { low, 0 }, { length, high - length }, 2 };
+}
+
 static double mean_around(const pv_work *w, const double *sum, int32_t x, int32_t y, int32_t radius)
 {
     size_t row = (size_t)w->width + 1;
-    int32_t l = x > radius ? x - radius : 0, r = x + radius + 1 < w->width ? x + radius + 1 : w->width;
-    int32_t t = y > radius ? y - radius : 0, b = y + radius + 1 < w->height ? y + radius + 1 : w->height;
-    double all = sum[(size_t)b * row + (size_t)r] - sum[(size_t)b * row + (size_t)l] -
-                 sum[(size_t)t * row + (size_t)r] + sum[(size_t)t * row + (size_t)l];
-    return all / ((double)(r - l) * (b - t));
+    stretch across = stretch_around(x, radius, w->width, w->params->periodic);
+    stretch down = stretch_around(y, radius, w->height, w->params->periodic);
+    double all = 0, count = 0;
+    for (int32_t k = 0; k < across.parts * down.parts; k++) {
+        int32_t l = across.from[k % across.parts], r = across.to[k % across.parts];
+        int32_t t = down.from[k / across.parts], b = down.to[k / across.parts];
+        all += sum[(size_t)b * row + (size_t)r] - sum[(size_t)b * row + (size_t)l] -
+               sum[(size_t)t * row + (size_t)r] + sum[(size_t)t * row + (size_t)l];
+        count += (double)(r - l) * (b - t);
+    }
+    return all / count;
 }
 
 /* The least value that a share of all pixels is below. */

@@ -57,8 +57,9 @@ static void cut(const pv_work *w, const pave_site *site, pave_stones *out)
 /* Tiles that overlap are laid in random order, all others in the order of their sites. */
 static void shuffle(const pv_work *w, int32_t *order)
 {
-    for (int32_t i = 0; i < w->n; i++)
-        order[i] = i;
+    for (int32_t i = 0, n = 0; i < w->cvd->site_count; i++)
+        if (w->cvd->mine[i])
+            order[n++] = i;
     for (int32_t i = w->n - 1; i > 0 && w->params->shape == PAVE_TILE_ELLIPSE; i--) {
         pv_random r = pv_draw(w->params->seed, PV_DRAW_SCALE, (uint32_t)i, 0, 3);
         int32_t j = (int32_t)pv_below(r.word[0], (uint32_t)i + 1);
@@ -69,9 +70,9 @@ static void shuffle(const pv_work *w, int32_t *order)
 
 static void find_living(const pv_work *w, uint8_t *alive)
 {
-    memset(alive, 0, (size_t)w->n);
+    memset(alive, 0, (size_t)w->cvd->site_count);
     for (int64_t i = 0; i < (int64_t)w->width * w->height; i++)
-        if (w->cvd->labels[i] < w->n)
+        if (w->cvd->labels[i] < w->cvd->site_count)
             alive[w->cvd->labels[i]] = 1;
 }
 
@@ -80,7 +81,7 @@ pave_result pv_tiles_cut(pave_context *context, const pv_work *w, pave_stones *o
     pave_result result = PAVE_OK;
     size_t n = (size_t)w->n, corners = w->params->shape == PAVE_TILE_SQUARE ? 4 : OVAL;
     int32_t *order = pv_allocate(context, n, sizeof *order, &result);
-    uint8_t *alive = result ? NULL : pv_allocate(context, n, 1, &result);
+    uint8_t *alive = result ? NULL : pv_allocate(context, (size_t)w->cvd->site_count, 1, &result);
     out->starts = result ? NULL : pv_allocate_zeroed(context, n + 1, sizeof *out->starts, &result);
     out->vertices = result ? NULL : pv_allocate(context, n * corners, 2 * sizeof *out->vertices, &result);
     out->sites = result ? NULL : pv_allocate(context, n, sizeof *out->sites, &result);
