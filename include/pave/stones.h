@@ -59,8 +59,8 @@ typedef struct pave_stones_params {
 } pave_stones_params;
 
 #define PAVE_STONES_PARAMS_INIT \
-    { sizeof(pave_stones_params), PAVE_MODE_PAPER, 1.0, 120.0, 5, 120.0, 0.5, PAVE_JOINT_EVEN, PAVE_THIN_KEEP, \
-      PAVE_BORDER_WRAPPED, 1.0, 4.0 }
+    { sizeof(pave_stones_params), PAVE_MODE_BEST, 1.0, 120.0, 5, 120.0, 0.5, PAVE_JOINT_EVEN, PAVE_THIN_KEEP, \
+      PAVE_BORDER_WRAPPED, 1.0, 0.0 }
 
 PAVE_API void pave_stones_params_init(pave_stones_params *params, size_t size);
 

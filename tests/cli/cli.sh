@@ -53,7 +53,7 @@ expect 0 "" "$pave" field "$drawing" -o f.exr
 [ -s f.exr ] || fail "field"
 expect 0 "" "$pave" field "$drawing" --metric euclid -o f.tif
 expect 0 "" "$pave" lay f.exr --threshold 0.001 -o from-exr.svg
-expect 0 "" "$pave" lay "$drawing" --stones 100 --json
+expect 0 "" "$pave" lay "$drawing" --mode paper --stones 100 --json
 /usr/bin/python3 -c 'import json; r = json.load(open("out")); assert 70 < r["stones"] < 130' || fail "--stones"
 
 # Help and versions

@@ -12,7 +12,7 @@ fail() {
   echo "FAILED: $1" >&2
   exit 1
 }
-options="--colours 4 --half-side 2 --iterations 1 --quiet"
+options="--mode paper --colours 4 --half-side 2 --iterations 1 --quiet"
 /usr/bin/python3 -c '
 import sys
 from PIL import Image

@@ -15,7 +15,7 @@ import json, os, subprocess, sys
 
 pave = sys.argv[1]
 names = ["rows.png", "tiles.tif", "strips.tif", "one.tif", "tiles.exr", "lines.exr"]
-options = ["--half-side", "2", "--iterations", "3", "--quiet"]
+options = ["--mode", "paper", "--half-side", "2", "--iterations", "3", "--quiet"]
 
 
 def run(*arguments):
@@ -64,7 +64,7 @@ image.save("large.ppm")
 image.save("large.tif", compression="tiff_lzw")'
 for name in large.ppm large.tif; do
   code=0
-  "$build/bin/pave" plan $name --memory 180M --quiet -o plan.json 2>err || code=$?
+  "$build/bin/pave" plan $name --mode paper --memory 180M --quiet -o plan.json 2>err || code=$?
   [ $code -eq 4 ] && grep -q "is decoded with .* bytes at once" err || { echo "$name: $code, $(cat err)" >&2; exit 1; }
 done
 

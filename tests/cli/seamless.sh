@@ -26,9 +26,9 @@ write("large.pgm", 900, 700, 7)
 write("small.pgm", 64, 48, 1)'
 
 # No seam
-tessellation="--grout 0 --small-edge 0 --drop-angle 180 --passes 0"
-"$pave" lay waves.pgm --periodic --quiet -o wrapped.svg -o wrapped.png -o wrapped.json
-"$pave" lay waves.pgm --periodic --border cut --quiet -o cut.svg -o cut.png -o cut.json -o cut.stones
+tessellation="--mode paper --grout 0 --small-edge 0 --drop-angle 180 --passes 0"
+"$pave" lay waves.pgm --periodic --mode paper --quiet -o wrapped.svg -o wrapped.png -o wrapped.json
+"$pave" lay waves.pgm --periodic --mode paper --border cut --quiet -o cut.svg -o cut.png -o cut.json -o cut.stones
 "$pave" lay waves.pgm --periodic $tessellation --quiet -o tessellation.svg
 "$pave" lay waves.pgm $tessellation --quiet -o open.svg
 /usr/bin/python3 "$root/tests/cli/seams.py" wrapped.svg cut.svg tessellation.svg wrapped.png open.svg || fail "a seam"
@@ -63,7 +63,7 @@ for h in 2 4; do
 done
 
 # The same from windows that lie across the borders, by one period or on their own
-options="--periodic --half-side 2 --iterations 2 --window-margin 32 --quiet"
+options="--periodic --mode paper --half-side 2 --iterations 2 --window-margin 32 --quiet"
 "$pave" lay large.pgm $options --border cut -o whole.svg
 for x in 0 300 600; do
   for y in 0 350; do
@@ -75,7 +75,7 @@ done
 same whole.svg merged.svg "windows"
 "$pave" merge merged.stones --quiet -o again.svg
 same whole.svg again.svg "windows through a file"
-"$pave" lay waves.pgm --periodic --quiet --window 100,150,256,192 -o elsewhere.stones
+"$pave" lay waves.pgm --periodic --mode paper --quiet --window 100,150,256,192 -o elsewhere.stones
 "$pave" merge elsewhere.stones --quiet -o elsewhere.svg
 same wrapped.svg elsewhere.svg "the border elsewhere"
 "$pave" lay large.pgm $options --border cut --memory 173M -o stream.svg
@@ -92,9 +92,9 @@ same whole.svg shards.svg "$shards shards"
 echo "$shards shards"
 
 # A pattern smaller than its margin, down to a stone that meets itself, everywhere alike
-"$pave" lay small.pgm --periodic --half-side 10 --border cut --quiet -o big.svg
+"$pave" lay small.pgm --periodic --mode paper --half-side 10 --border cut --quiet -o big.svg
 [ "$(grep -c polygon big.svg)" -gt 6 ] || fail "a few large stones"
-"$pave" lay small.pgm --periodic --stones 1 --border cut --quiet -o one.svg -o one.json
+"$pave" lay small.pgm --periodic --mode paper --stones 1 --border cut --quiet -o one.svg -o one.json
 /usr/bin/python3 -c 'import json; r = json.load(open("one.json")); assert r["stones"] == 1, r' || fail "one stone"
 "$pave" lay small.pgm --periodic --mode best --half-side 5 --border cut --quiet -o big.svg
 [ "$(grep -c polygon big.svg)" -gt 25 ] || fail "a few large stones in best mode"
@@ -107,7 +107,7 @@ threads=1
 for backend in $backends; do
   if [ $backend = cpu-portable ] || "$pave" info | grep "^$backend " | grep -qv 'not usable'; then
     threads=$((8 - threads))
-    "$pave" lay waves.pgm --periodic --backend $backend --threads $threads --quiet -o other.svg
+    "$pave" lay waves.pgm --periodic --mode paper --backend $backend --threads $threads --quiet -o other.svg
     same wrapped.svg other.svg "$backend, $threads threads"
     echo "$backend agrees"
   fi

@@ -12,7 +12,7 @@ fail() {
   echo "FAILED: $1" >&2
   failed=1
 }
-options="--half-side 2 --iterations 3 --seed 3"
+options="--mode paper --half-side 2 --iterations 3 --seed 3"
 
 "$pave" lay drawing.png $options --quiet -o whole.svg
 shards=$("$pave" plan drawing.png $options --memory 168M -o plan.json)

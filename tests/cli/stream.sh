@@ -12,7 +12,7 @@ fail() {
   echo "FAILED: $1" >&2
   failed=1
 }
-options="--half-side 2 --iterations 3 --quiet"
+options="--mode paper --half-side 2 --iterations 3 --quiet"
 
 "$pave" lay "$drawing" $options -o whole.svg -o whole.stones
 "$pave" lay "$drawing" $options --memory 168M -o parts.svg -o parts.stones -o parts.json
