@@ -272,7 +272,26 @@ static int gets_short(const realising *r, int32_t v, pv_cell there)
     return 0;
 }
 
-/* As far as can be. */
+/* Would a face become larger than it may be, or larger still? */
+static int gets_large(const realising *r, int32_t v, pv_cell there)
+{
+    const pv_tess *tess = r->tess;
+    for (int64_t s = tess->star[v]; r->params->most && s < tess->star[v + 1]; s++) {
+        pv_cell ring[SHORT_RING];
+        int64_t place = tess->spoke[s], face = tess->face_of[place];
+        int32_t count = pv_tess_ring(tess, (int32_t)face, ring, SHORT_RING);
+        if (count > SHORT_RING)
+            return 1;
+        int64_t before = pv_ring_area(ring, count);
+        ring[place - tess->first[face]] = there;
+        int64_t after = pv_ring_area(ring, count);
+        if (after > before && after > 2 * r->params->most)
+            return 1;
+    }
+    return 0;
+}
+
+/* As far as can be, in finer steps where faces have a size to keep to. */
 static void move(const crew *c, int32_t i)
 {
     const pv_realise_params *params = c->r->params;
@@ -283,11 +302,11 @@ static void move(const crew *c, int32_t i)
     double way = length_of(dx, dy), shorter = way > params->step ? params->step / way : 1;
     pv_cell here = tess->at[v], origin = c->r->origin[v];
     dx *= shorter, dy *= shorter;
-    for (int halving = 0; halving < 3; halving++, dx /= 2, dy /= 2) {
+    for (int halving = 0; halving < (params->most ? 4 : 3); halving++, dx /= 2, dy /= 2) {
         pv_cell there = { limited(here.x, dx, origin.x, reach), limited(here.y, dy, origin.y, reach) };
         if (abs(there.x - here.x) + abs(there.y - here.y) < STILL)
             return;
-        if (gets_short(c->r, v, there) || !pv_tess_fits(tess, v, there))
+        if (gets_short(c->r, v, there) || gets_large(c->r, v, there) || !pv_tess_fits(tess, v, there))
             continue;
         tess->at[v] = there;
         return;

@@ -18,6 +18,7 @@ typedef struct pv_realise_params {
     int32_t apart; /* whole sides of faces that are shorter than this push their ends apart, */
     int32_t least; /* and do not become shorter than this, grid units */
     int32_t sway;  /* grid units */
+    int64_t most;  /* faces do not become larger than this, square grid units; 0: as large as they like */
     pv_pull *pull; /* NULL: nothing */
     const void *user;
 } pv_realise_params;
