@@ -146,7 +146,7 @@ static pave_result hash_drawing(pave_context *context, lay_work *work)
     pave_result result = pv_bitmap_create(context, work->drawing->width, work->drawing->height, depth, &bitmap);
     if (result)
         return result;
-    bitmap.cut = work->drawing->levels ? work->drawing->cut : 0;
+    bitmap.cut = work->drawing->cut;
     pv_bitmap_store(&bitmap, 0, 0, work->drawing);
     result = pv_bitmap_hash(context, &bitmap, &work->stones->drawing);
     pv_bitmap_free(&bitmap);

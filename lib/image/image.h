@@ -27,7 +27,7 @@ struct pave_image {
     char names[PV_MOST_CHANNELS][PV_CHANNEL_NAME];
     void *pixels;
     uint8_t *levels;      /* of a drawing in black and white: the greys it was made from; NULL: there were none */
-    int32_t cut;          /* white where 256 times the level is more than that, which is odd */
+    int32_t cut;          /* with levels: white where 256 times them is more than that, which is odd */
     pave_palette palette; /* of a drawing whose pixels are its entries, */
     uint64_t hash;        /* and its name */
 };

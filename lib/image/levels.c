@@ -40,6 +40,7 @@ void pv_levels_tidy(pave_image *drawing)
             return;
     pv_release(drawing->levels);
     drawing->levels = NULL;
+    drawing->cut = 0;
 }
 
 pave_result pv_levels_split(pave_context *context, pave_image *image, int32_t cut)
