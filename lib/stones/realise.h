@@ -25,6 +25,3 @@ typedef struct pv_realise_params {
 
 pave_result pv_realise_flats(pave_context *context, const pv_realise_params *params, pv_tess *tess, double from,
                              double to);
-
-/* Would all faces around a vertex be simple and counter-clockwise with the vertex there? */
-int pv_tess_fits(const pv_tess *tess, int32_t vertex, pv_cell there);
