@@ -148,7 +148,7 @@ static pave_result prepare(job *j, const pv_canvas *canvas)
     j->down = parts_of(canvas->height, j->scale.reach);
     j->scale.part_width = canvas->width / j->across;
     j->scale.part_height = canvas->height / j->down;
-    j->attempts = j->across * j->down == 1 && !canvas->fixed ? MOST_ATTEMPTS : 1;
+    j->attempts = j->across * j->down == 1 && !j->params->wang ? MOST_ATTEMPTS : 1;
     for (int32_t i = 0; i < j->attempts && !result; i++)
         result = make_attempt(j, canvas, (uint32_t)i);
     j->workers = pv_workers(j->context);

@@ -146,6 +146,16 @@ static int32_t counted_pixels(const pv_query *query)
     return count;
 }
 
+/* An image that is made to tile must not be laid where it lay: its own seam would come back with it. */
+static int is_itself(const pv_worker *worker, pv_area window, int32_t place)
+{
+    const pv_canvas *canvas = worker->canvas;
+    const pv_sheet *sheet = &canvas->bank->sheet[0];
+    int32_t x = pv_wrapped(worker->repeats.area.x + window.x, canvas->width);
+    int32_t y = pv_wrapped(worker->repeats.area.y + window.y, canvas->height);
+    return worker->params->keep && place == sheet->first + y * canvas->bank->stride + x;
+}
+
 int32_t pv_candidates_find(pv_worker *worker, const pv_scale *scale, pv_area window, pv_random *random, int32_t most,
                            pv_candidate *out)
 {
@@ -165,6 +175,8 @@ int32_t pv_candidates_find(pv_worker *worker, const pv_scale *scale, pv_area win
             if (cost == PV_NO_PLACE)
                 break;
             int32_t place = pv_place_at(bank, &p, x, y);
+            if (is_itself(worker, window, place))
+                continue;
             count = insert(out, count, most,
                            (pv_candidate){ place, score_of(worker, scale, window, place, cost, counted) });
         }

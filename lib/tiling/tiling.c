@@ -170,7 +170,14 @@ static pave_result keep_sources(pave_context *context, const pv_canvas *canvas, 
     return result;
 }
 
-/* The image as it is, of which only a band along sides that wrap may change; what cannot be used must. */
+/* Is a pixel so near to a side that wraps? */
+static int is_near(const pv_canvas *c, int32_t x, int32_t y, int32_t band)
+{
+    return (c->wrap_x && (x < band || x >= c->width - band)) || (c->wrap_y && (y < band || y >= c->height - band));
+}
+
+/* The image as it is, of which only a band along sides that wrap may change. The outermost quarter of that is laid
+ * anew, for a straight seam would cost no more than the two that take its place. */
 static void lay_kept(const pave_tiling *t, pv_canvas *c)
 {
     const pv_sheet *sheet = &c->bank->sheet[0];
@@ -178,10 +185,9 @@ static void lay_kept(const pave_tiling *t, pv_canvas *c)
     band = t->params.band ? band : at_most(band < 8 ? 8 : band, side / 4);
     for (int32_t y = 0; y < c->height; y++)
         for (int32_t x = 0; x < c->width; x++) {
-            int near_x = c->wrap_x && (x < band || x >= c->width - band);
-            int near_y = c->wrap_y && (y < band || y >= c->height - band);
-            c->source[y * c->width + x] = sheet->first + y * c->bank->stride + x;
-            c->fixed[y * c->width + x] = !near_x && !near_y;
+            int32_t at = y * c->width + x, own = sheet->first + y * c->bank->stride + x;
+            c->source[at] = is_near(c, x, y, band / 4) ? PV_NOTHING : own;
+            c->fixed[at] = !is_near(c, x, y, band);
         }
 }
 
