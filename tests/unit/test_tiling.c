@@ -584,28 +584,33 @@ static void borders_close_where_asked(void **state)
 static void keep_changes_only_the_band(void **state)
 {
     not_for_threads();
-    enum { SIDE = 96, BAND = 20 };
+    enum { SIDE = 96, BAND = 20, SEEDS = 4 };
     pave_image *image = make_stones(*state, SIDE, SIDE, 3, PAVE_U8, 6);
     pave_tiling_params params = PAVE_TILING_PARAMS_INIT;
+    double seam[2] = { 0, 0 };
     params.keep = 1;
     params.band = BAND;
-    pave_tiling *tiling = tile(*state, image, &params);
-    pave_image *laid = apply(*state, tiling, image);
-    const pave_source *source = pave_tiling_sources(tiling);
-    int32_t changed = 0;
-    assert_int_equal(pave_tiling_width(tiling), SIDE);
-    for (int32_t i = 0; i < SIDE * SIDE; i++) {
-        int32_t x = i % SIDE, y = i / SIDE, same = source[i].x == x && source[i].y == y;
-        int middle = x >= BAND && y >= BAND && x < SIDE - BAND && y < SIDE - BAND;
-        assert_true(same || !middle);
-        changed += !same;
+    for (params.seed = 1; params.seed <= SEEDS; params.seed++) {
+        pave_tiling *tiling = tile(*state, image, &params);
+        pave_image *laid = apply(*state, tiling, image);
+        const pave_source *source = pave_tiling_sources(tiling);
+        int32_t changed = 0;
+        assert_int_equal(pave_tiling_width(tiling), SIDE);
+        for (int32_t i = 0; i < SIDE * SIDE; i++) {
+            int32_t x = i % SIDE, y = i / SIDE, same = source[i].x == x && source[i].y == y;
+            int middle = x >= BAND && y >= BAND && x < SIDE - BAND && y < SIDE - BAND;
+            assert_true(same || !middle);
+            changed += !same;
+        }
+        assert_true(changed > 0);
+        for (int k = 0; k < 2; k++)
+            seam[k] += seam_ratio(laid, k) / SEEDS;
+        pave_image_free(&laid);
+        pave_tiling_free(&tiling);
     }
-    assert_true(changed > 0);
-    assert_true(seam_ratio(laid, 0) < 1.4 && seam_ratio(laid, 1) < 1.4);
+    assert_true(seam[0] < 1.4 && seam[1] < 1.4);
     assert_true(seam_ratio(image, 0) > 1.4 && seam_ratio(image, 1) > 1.4);
-    pave_image_free(&laid);
     pave_image_free(&image);
-    pave_tiling_free(&tiling);
 }
 
 /* Every combination of colours once, and the same pixels along both sides of every edge of one colour. */
