@@ -106,7 +106,7 @@ typedef struct pave_solid_params {
     double sigma;         /* of the window's Gaussian in paper mode, in windows; 1/6.4 is customary */
     int32_t levels;       /* of best mode's pyramid; 0: by the size of the sample's features */
     int32_t periodic;     /* 1: opposite sides fit; boxes only */
-    int32_t match;        /* 1: the sample's histogram is met to the voxel; one channel */
+    int32_t match;        /* 1: the sample's histogram is met to the voxel, of one channel; 0: as it comes */
     int32_t cells;        /* 1: keep the cells of the flood in every mode */
 } pave_solid_params;
 

@@ -62,6 +62,13 @@ static inline int32_t pv_windows_row(const pv_windows *bank, int32_t position)
     return position < bank->width * bank->height ? bank->width : bank->height;
 }
 
+/* What is added to every distance: without it a penalty on a distance of 0 would be none, and flat parts would take the
+ * whole volume. */
+static inline int64_t pv_windows_floor(const pv_windows *bank)
+{
+    return bank->variance * bank->window.total / 50 + 1;
+}
+
 /* Squared distances of a neighbourhood from those at `positions`; `presence` is 0 where it is not known, 4 where it is
  * measured. All arrays of values are aligned to 32 bytes. */
 typedef void pv_distances(const pv_windows *bank, const int16_t *patch, const int16_t *presence,

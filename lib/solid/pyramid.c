@@ -110,8 +110,7 @@ static pave_result passes(pave_context *context, const pv_recipe *recipe, const 
         result = pv_work_pass(&work, from + (to - from) * i / recipe->passes,
                               from + (to - from) * (i + 1) / recipe->passes);
     }
-    pv_work_end(&work);
-    return result;
+    return pv_work_end(&work, result);
 }
 
 static pave_result make_banks(pave_context *context, const pv_pyramid *pyramid, int32_t level,
@@ -144,7 +143,7 @@ static pave_result run_level(pave_context *context, const pv_pyramid *pyramid, i
         result = make_banks(context, pyramid, level + 1, own[1], bank[1]);
     if (!result)
         result = make_banks(context, pyramid, level, own[0], bank[0]);
-    pv_sampler s = { .grid = grid, .seed = pyramid->seed + (uint64_t)level * 7919, .temperature = 0 };
+    pv_sampler s = { .grid = grid, .seed = pyramid->seed + (uint64_t)level * 7919, .labels = pyramid->labels };
     memcpy(s.bank, bank[0], sizeof s.bank);
     if (!result && coarse.voxels)
         start_from_coarse(&s, &coarse, bank[1]);

@@ -168,18 +168,12 @@ static void keep(plane_choice *plane, int32_t position, int64_t distance)
     plane->kept[i] = (candidate){ position, distance };
 }
 
-/* Without a floor a penalty on a distance of 0 would be none, and flat parts would take the whole volume. */
-static int64_t floor_of(const pv_windows *bank)
-{
-    return bank->variance * bank->window.total / 50 + 1;
-}
-
 static void keep_best(choice *c, int p)
 {
     const pv_windows *bank = c->s->bank[p];
     plane_choice *plane = &c->plane[p];
     int32_t distance[MOST_LISTED];
-    int64_t least = floor_of(bank);
+    int64_t least = pv_windows_floor(bank);
     c->s->distances(bank, c->scratch->patch[p], c->scratch->presence[p], plane->listed, plane->listed_count, distance);
     for (int32_t i = 0; i < plane->listed_count; i++) {
         int64_t d = plane->present ? (int64_t)distance[i] * bank->window.total / plane->present : 0;
@@ -248,12 +242,14 @@ static int64_t loneliness(const choice *c, int64_t measured, int which, uint8_t 
     return alike < COMPANY ? 1 + 2 * (COMPANY - alike) : 1;
 }
 
-/* How the statistics of the whole look upon a class here, and the measured voxels beside it. */
+/* How the statistics of the whole look upon a class here, and the measured voxels beside it. A label that none of the
+ * neighbours has would be a speck. */
 static int64_t steered(const choice *c, int64_t cost, uint8_t class)
 {
     static const int32_t lag[PV_LAGS] = { 1, PV_FAR };
     const pv_control *control = c->s->control;
     const pv_grid *grid = c->s->grid;
+    int alike = 0, others = 0;
     if (!control)
         return cost;
     cost = cost * control->class_factor[class] >> 8;
@@ -265,12 +261,14 @@ static int64_t steered(const choice *c, int64_t cost, uint8_t class)
                 continue;
             if (l == 0 && grid->state[other] == PAVE_VOXEL_MEASURED)
                 cost *= loneliness(c, other, i, class);
+            alike += l == 0 && grid->class[other] == class;
+            others += l == 0;
             sum += control->step_factor[l][c->s->bank[i / 2]->step_bin[l][abs(class - grid->class[other])]];
             count++;
         }
         cost = count ? cost * sum / (256 * count) : cost;
     }
-    return cost;
+    return c->s->labels && others > 3 && !alike ? 2 * cost : cost;
 }
 
 typedef struct option {
@@ -342,14 +340,16 @@ static void store(const choice *c, const uint8_t *feature, int class, const int3
             tally->uses[p][source[p]]++;
         grid->source[p][c->voxel] = source[p];
     }
-    if (c->forced || (was && grid->class[c->voxel] == class && c->s->grid->features == 1))
+    if (c->forced)
         return;
-    if (was) {
-        count_steps(c, grid->class[c->voxel], -1);
-        tally->classes[grid->class[c->voxel]]--;
+    if (!was || grid->class[c->voxel] != class) {
+        if (was) {
+            count_steps(c, grid->class[c->voxel], -1);
+            tally->classes[grid->class[c->voxel]]--;
+        }
+        count_steps(c, class, 1);
+        tally->classes[class]++;
     }
-    count_steps(c, class, 1);
-    tally->classes[class]++;
     grid->class[c->voxel] = (uint8_t)class;
     memcpy(grid->feature + c->voxel * grid->features, feature, (size_t)grid->features);
     grid->state[c->voxel] = PAVE_VOXEL_FILLED;

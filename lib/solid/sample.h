@@ -9,6 +9,7 @@ typedef struct pv_control {
     int64_t classes[PV_CLASSES], steps[PV_LAGS][PV_STEPS];
     uint32_t class_factor[PV_CLASSES]; /* 1/256 */
     uint32_t step_factor[PV_LAGS][PV_STEPS];
+    double push[PV_LAGS][PV_STEPS]; /* by how much the steps' factors have grown */
     int32_t *uses[PV_PLANES];          /* [position]; planes with the same bank share them */
     uint16_t *use_factor[PV_PLANES];   /* [position], 1/256 */
 } pv_control;
@@ -28,6 +29,7 @@ typedef struct pv_sampler {
     int32_t temperature; /* epsilon, 1/256 */
     int32_t agree;       /* mu, 1/256: how much the value counts against the neighbourhood */
     int32_t paper;       /* exhaustive, in one plane */
+    int32_t labels;      /* classes are labels */
     pv_distances *distances;
     int32_t steps;       /* so many histograms of steps count */
 } pv_sampler;

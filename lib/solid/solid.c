@@ -29,7 +29,7 @@ static const pv_param solid_rows[] = {
     PV_REAL(pave_solid_params, sigma, "windows", 0.05, 10, "paper: deviation of the window's Gaussian"),
     PV_INTEGER(pave_solid_params, levels, "", 0, PV_MOST_LEVELS, "best: levels of the pyramid; 0: by the sample"),
     PV_FLAG(pave_solid_params, periodic, "opposite sides fit"),
-    PV_FLAG(pave_solid_params, match, "best, fast: meet the sample's histogram; one channel [1]"),
+    PV_CHOICE(pave_solid_params, match, "free|exact", "best, fast: the sample's histogram, near it or to the voxel"),
     PV_FLAG(pave_solid_params, cells, "keep the cells of the flood in every mode"),
 };
 
@@ -210,7 +210,7 @@ static pave_result make_bank(making *m, int transposed, int alike, double sigma)
 
 static pv_sampler sampler_of(making *m)
 {
-    pv_sampler s = { .grid = &m->grid, .seed = m->params.seed };
+    pv_sampler s = { .grid = &m->grid, .seed = m->params.seed, .labels = m->palette.labels };
     s.agree = m->palette.labels ? LABELS_AGREE : recipes[0].agree;
     for (int p = 0; p < PV_PLANES; p++)
         s.bank[p] = &m->bank[m->samples == 1 ? 0 : p];
@@ -230,8 +230,7 @@ static pave_result grow_as_paper(making *m)
     result = pv_work_begin(m->context, &s, &work);
     if (!result)
         result = pv_work_flood(&work, &m->flood, 0, 1);
-    pv_work_end(&work);
-    return result;
+    return pv_work_end(&work, result);
 }
 
 /* Three planes at once in the order of the flood, then passes over all. */
@@ -253,8 +252,7 @@ static pave_result grow_fast(making *m)
     work.sampler.steps = m->samples == 1 ? PV_LAGS : 1;
     for (int i = 1; i <= PASSES && !result; i++)
         result = pv_work_pass(&work, (double)i / (1 + PASSES), (i + 1.0) / (1 + PASSES));
-    pv_work_end(&work);
-    return result;
+    return pv_work_end(&work, result);
 }
 
 static pave_result grow_best(making *m)
