@@ -34,6 +34,8 @@ static pave_result coarsen(pave_context *context, const pv_grid *fine, pv_grid *
     for (int a = 0; a < 3; a++)
         size[a] = (fine->size[a] + 1) / 2;
     pave_result result = pv_grid_create(context, size, fine->periodic, fine->reach, fine->features, coarse);
+    if (!result)
+        result = pv_grid_open_sources(context, coarse);
     for (at[2] = 0; at[2] < size[2] && !result; at[2]++)
         for (at[1] = 0; at[1] < size[1]; at[1]++)
             for (at[0] = 0; at[0] < size[0]; at[0]++)

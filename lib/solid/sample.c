@@ -31,6 +31,7 @@ typedef struct choice {
     int forced; /* the value is measured */
     pv_random random;
     plane_choice plane[PV_PLANES];
+    int64_t beside[PV_LAGS][6]; /* voxels 1 and PV_FAR beside it that count; -1: none */
 } choice;
 
 pave_result pv_scratch_create(pave_context *context, const pv_sampler *sampler, pv_scratch *scratch)
@@ -107,8 +108,10 @@ static void list(choice *c, int p, int32_t position)
             if (plane->listed[i] == position)
                 return;
     plane->filter |= bit;
-    if (plane->listed_count < MOST_LISTED)
-        plane->listed[plane->listed_count++] = position;
+    if (plane->listed_count == MOST_LISTED)
+        return;
+    plane->listed[plane->listed_count++] = position;
+    __builtin_prefetch(c->s->bank[p]->patch + (size_t)position * (size_t)c->s->bank[p]->window.stride);
 }
 
 static void list_with_alike(choice *c, int p, int32_t position, int alike)
@@ -154,6 +157,16 @@ static void list_random(choice *c, int p)
     }
 }
 
+static void look_beside(choice *c)
+{
+    const pv_grid *grid = c->s->grid;
+    for (int l = 0; l < pv_grid_lags(grid); l++)
+        for (int i = 0; i < 6; i++) {
+            int64_t other = pv_grid_towards(grid, c->at, i, l ? PV_FAR : 1);
+            c->beside[l][i] = is_there(grid, other) ? other : -1;
+        }
+}
+
 static void keep(plane_choice *plane, int32_t position, int64_t distance)
 {
     int i = plane->kept_count;
@@ -176,7 +189,9 @@ static void keep_best(choice *c, int p)
     int64_t least = pv_windows_floor(bank);
     c->s->distances(bank, c->scratch->patch[p], c->scratch->presence[p], plane->listed, plane->listed_count, distance);
     for (int32_t i = 0; i < plane->listed_count; i++) {
-        int64_t d = plane->present ? (int64_t)distance[i] * bank->window.total / plane->present : 0;
+        int64_t d = distance[i];
+        if (plane->present != bank->window.total) /* a division less where all is there */
+            d = plane->present ? d * bank->window.total / plane->present : 0;
         d += least;
         if (c->s->control)
             d = d * c->s->control->use_factor[p][plane->listed[i]] >> 8;
@@ -246,7 +261,6 @@ static int64_t loneliness(const choice *c, int64_t measured, int which, uint8_t 
  * neighbours has would be a speck. */
 static int64_t steered(const choice *c, int64_t cost, uint8_t class)
 {
-    static const int32_t lag[PV_LAGS] = { 1, PV_FAR };
     const pv_control *control = c->s->control;
     const pv_grid *grid = c->s->grid;
     int alike = 0, others = 0;
@@ -256,8 +270,8 @@ static int64_t steered(const choice *c, int64_t cost, uint8_t class)
     for (int l = 0; l < pv_grid_lags(grid) && l < c->s->steps; l++) {
         int64_t sum = 0, count = 0;
         for (int i = 0; i < 6; i++) {
-            int64_t other = pv_grid_towards(grid, c->at, i, lag[l]);
-            if (!is_there(grid, other))
+            int64_t other = c->beside[l][i];
+            if (other < 0)
                 continue;
             if (l == 0 && grid->state[other] == PAVE_VOXEL_MEASURED)
                 cost *= loneliness(c, other, i, class);
@@ -316,13 +330,12 @@ static const option *draw_option(const choice *c, option options[], int count)
 
 static void count_steps(const choice *c, int class, int by)
 {
-    static const int32_t lag[PV_LAGS] = { 1, PV_FAR };
     const pv_grid *grid = c->s->grid;
     /* The paper's mode holds no steps, and what it does together lies apart by its window only. */
     for (int l = 0; l < pv_grid_lags(grid) && !c->s->paper; l++)
         for (int i = 0; i < 6; i++) {
-            int64_t other = pv_grid_towards(grid, c->at, i, lag[l]);
-            if (is_there(grid, other) && other != c->voxel)
+            int64_t other = c->beside[l][i];
+            if (other >= 0 && other != c->voxel)
                 c->scratch->tally.steps[l][c->s->bank[i / 2]->step_bin[l][abs(class - grid->class[other])]] += by;
         }
 }
@@ -370,6 +383,7 @@ static void sample_planes(choice *c)
         store(c, NULL, 0, source);
         return;
     }
+    look_beside(c);
     int count = list_options(c, options);
     const option *drawn = draw_option(c, options, count);
     store(c, drawn->feature, drawn->class, drawn->source);

@@ -268,6 +268,8 @@ static pave_result grow(making *m)
     pave_result result = PAVE_OK;
     if (m->params.mode != PAVE_SOLID_BEST || m->params.cells)
         result = pv_flood_create(m->context, &m->grid, m->params.seeds, m->params.seed, &m->flood);
+    if (!result)
+        result = pv_grid_open_sources(m->context, &m->grid);
     if (result)
         return result;
     switch (m->params.mode) {
@@ -343,6 +345,8 @@ static pave_result store_matched(making *m)
 static pave_result store_values(making *m)
 {
     pave_result result = PAVE_OK;
+    pv_release(m->flood.order);
+    m->flood.order = NULL;
     if (m->params.match && m->params.mode != PAVE_SOLID_PAPER && m->palette.channels == 1)
         result = store_matched(m);
     else
