@@ -194,7 +194,7 @@ int64_t steered(int64_t cost, int class_)
         return cost;
     cost = cost * int64_t(control.factor[class_]) >> 8;
     int alike = 0, others = 0;
-    for (int l = 0; l < setting.lags && l < push.steps; l++) {
+    for (int l = 0; l < setting.lags && push.steps != 0; l++) {
         int64_t sum = 0, count = 0;
         for (int i = 0; i < 6; i++) {
             int other = towards(at, i, l == 0 ? 1 : FAR);
@@ -204,7 +204,7 @@ int64_t steered(int64_t cost, int class_)
                 cost *= loneliness(other, i, class_);
             alike += l == 0 && class_of(other) == class_ ? 1 : 0;
             others += l == 0 ? 1 : 0;
-            sum += control.factor[STEP_FACTORS + l * STEPS + bin_of(i >> 1, l, class_, class_of(other))];
+            sum += control.factor[step_place(i >> 1, l, class_, class_of(other))];
             count++;
         }
         cost = count != 0 ? cost * sum / (256 * count) : cost;

@@ -26,7 +26,7 @@ struct Plane {
     int width, height, positions, inner_count;
     int total, centre;
     uint floor_low, floor_high;
-    int texels, nearest, inner, class_start, step_bin, root, use, unused; // where in their buffers
+    int texels, nearest, inner, class_start, root, use; // where in their buffers
 };
 
 layout(binding = 0, std430) buffer Voxels { uint word[]; } voxels;
@@ -39,7 +39,7 @@ layout(binding = 6, std430) readonly buffer Control { uint factor[]; } control; 
 layout(binding = 7, std430) buffer Tally { int count[]; } tally;                // the same
 layout(binding = 8, std430) readonly buffer Order { uint voxel[]; } order;
 layout(binding = 9, std430) readonly buffer Setting {
-    int size[3], steps_at[3]; // where in the tables each axis' steps lie
+    int size[3], steps_at[3], bins_at[3]; // where in the tables those of each axis lie
     int lags, labels;
     Plane plane[3];
 } setting;
@@ -123,9 +123,9 @@ int towards(ivec3 at, int which, int lag)
     return index;
 }
 
-int bin_of(int p, int lag, int a, int b)
+int bin_of(int axis, int lag, int a, int b)
 {
-    return tables.number[setting.plane[p].step_bin + lag * CLASSES + abs(a - b)];
+    return tables.number[setting.bins_at[axis] + lag * CLASSES + abs(a - b)];
 }
 
 uvec4 draw_voxel(uint voxel, uint which)
@@ -146,7 +146,13 @@ ivec3 place_of(int item)
                  push.first[2] + row / push.count[1] * push.every[2]);
 }
 
-const int STEP_FACTORS = CLASSES, USE_FACTORS = CLASSES + LAGS * STEPS;
+const int STEP_FACTORS = CLASSES, USE_FACTORS = CLASSES + 3 * LAGS * STEPS;
+
+// Where the histogram of such a step counts.
+int step_place(int axis, int lag, int a, int b)
+{
+    return STEP_FACTORS + (axis * LAGS + lag) * STEPS + bin_of(axis, lag, a, b);
+}
 
 void count_steps(ivec3 at, int voxel, int class_, int by)
 {
@@ -154,6 +160,6 @@ void count_steps(ivec3 at, int voxel, int class_, int by)
         for (int i = 0; i < 6; i++) {
             int other = towards(at, i, l == 0 ? 1 : FAR);
             if (is_there(other) && other != voxel)
-                atomicAdd(tally.count[STEP_FACTORS + l * STEPS + bin_of(i >> 1, l, class_, class_of(other))], by);
+                atomicAdd(tally.count[step_place(i >> 1, l, class_, class_of(other))], by);
         }
 }

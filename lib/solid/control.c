@@ -13,17 +13,33 @@ static int shares_bank(const pv_work *work, int p)
     return p > 0 && work->sampler.bank[p] == work->sampler.bank[0];
 }
 
+/* Along an axis the two planes that it lies in say how much voxels differ; one sample for all has no directions. */
+static void make_steps(pv_work *work, int axis, int lag)
+{
+    int64_t counts[PV_CLASSES] = { 0 };
+    for (int p = 0; p < PV_PLANES; p++) {
+        const pv_windows *bank = work->sampler.bank[p];
+        for (int d = 0; d < PV_CLASSES && p != axis; d++)
+            counts[d] += bank->copies == 2 ? bank->apart[0][lag][d] + bank->apart[1][lag][d]
+                                           : bank->apart[pv_plane_v(p) == axis][lag][d];
+    }
+    pv_steps_create(counts, &work->step[axis][lag]);
+    for (int s = 0; s < PV_STEPS; s++)
+        work->control.push[axis][lag][s] = 1;
+}
+
 pave_result pv_work_begin(pave_context *context, const pv_sampler *sampler, pv_work *work)
 {
     pave_result result = PAVE_OK;
     memset(work, 0, sizeof *work);
     work->context = context;
     work->sampler = *sampler;
+    work->sampler.step = work->step;
     work->sampler.distances = pv_distances_choose(context->backend == PAVE_BACKEND_CPU_PORTABLE);
     work->weight_class = work->weight_step = 256;
     work->weight_use = 128;
-    for (int i = 0; i < PV_LAGS * PV_STEPS; i++)
-        work->control.push[i / PV_STEPS][i % PV_STEPS] = 1;
+    for (int i = 0; i < 3 * PV_LAGS; i++)
+        make_steps(work, i / PV_LAGS, i % PV_LAGS);
     work->workers = pv_workers(context);
     work->scratch = pv_allocate_zeroed(context, (size_t)work->workers, sizeof *work->scratch, &result);
     for (int32_t i = 0; i < work->workers && !result; i++)
@@ -40,7 +56,7 @@ pave_result pv_work_begin(pave_context *context, const pv_sampler *sampler, pv_w
             work->control.use_factor[p] = pv_allocate_zeroed(context, n, sizeof(uint16_t), &result);
     }
     int on_device = context->backend == PAVE_BACKEND_VULKAN_COMPUTE || context->backend == PAVE_BACKEND_VULKAN_RASTER;
-    return result || !on_device ? result : pv_device_open(context, sampler, &work->device);
+    return result || !on_device ? result : pv_device_open(context, &work->sampler, &work->device);
 }
 
 pave_result pv_work_end(pv_work *work, pave_result result)
@@ -92,20 +108,20 @@ static double push_more(double push, uint32_t off)
     return push < 0.25 ? 0.25 : push > 4 ? 4 : push;
 }
 
-static void freeze_steps(pv_work *work, int lag)
+static void freeze_steps(pv_work *work, int axis, int lag)
 {
     pv_control *control = &work->control;
-    const pv_windows *bank = work->sampler.bank[0];
+    const pv_steps *wanted = &work->step[axis][lag];
     int64_t all = 0;
     for (int s = 0; s < PV_STEPS; s++)
-        all += control->steps[lag][s];
+        all += control->steps[axis][lag][s];
     for (int s = 0; s < PV_STEPS; s++) {
-        double *push = &control->push[lag][s];
-        uint32_t off = all > 0 && bank->step_total[lag]
-                           ? factor(control->steps[lag][s], all, bank->step_target[lag][s], bank->step_total[lag],
-                                    work->weight_step) : 256;
+        double *push = &control->push[axis][lag][s];
+        uint32_t off = 256;
+        if (all > 0 && wanted->total)
+            off = factor(control->steps[axis][lag][s], all, wanted->target[s], wanted->total, work->weight_step);
         *push = push_more(*push, off);
-        control->step_factor[lag][s] = (uint32_t)(off * *push + 0.5);
+        control->step_factor[axis][lag][s] = (uint32_t)(off * *push + 0.5);
     }
 }
 
@@ -119,8 +135,8 @@ static pave_result freeze(pv_work *work)
     for (int c = 0; c < PV_CLASSES; c++)
         control->class_factor[c] = classes ? factor(control->classes[c], classes, bank->target[c], bank->target_total,
                                                     work->weight_class) : 256;
-    for (int l = 0; l < PV_LAGS; l++)
-        freeze_steps(work, l);
+    for (int i = 0; i < 3 * PV_LAGS; i++)
+        freeze_steps(work, i / PV_LAGS, i % PV_LAGS);
     for (int p = 0; p < PV_PLANES; p++)
         if (!shares_bank(work, p))
             freeze_uses(work, p);
@@ -131,8 +147,9 @@ static void add_tally(pv_control *control, pv_tally *tally, const pv_sampler *sa
 {
     for (int c = 0; c < PV_CLASSES; c++)
         control->classes[c] += tally->classes[c];
-    for (int s = 0; s < PV_LAGS * PV_STEPS; s++)
-        control->steps[s / PV_STEPS][s % PV_STEPS] += tally->steps[s / PV_STEPS][s % PV_STEPS];
+    for (int a = 0; a < 3; a++)
+        for (int s = 0; s < PV_LAGS * PV_STEPS; s++)
+            control->steps[a][s / PV_STEPS][s % PV_STEPS] += tally->steps[a][s / PV_STEPS][s % PV_STEPS];
     memset(tally->classes, 0, sizeof tally->classes);
     memset(tally->steps, 0, sizeof tally->steps);
     for (int p = 0; p < PV_PLANES; p++) {
@@ -170,8 +187,8 @@ void pv_work_count(pv_work *work)
                 for (int k = 0; k < 3 * pv_grid_lags(grid); k++) {
                     int64_t other = pv_grid_towards(grid, at, 2 * (k % 3) + 1, k < 3 ? 1 : PV_FAR);
                     if (other >= 0 && grid->state[other] >= PAVE_VOXEL_MEASURED)
-                        control->steps[k / 3][work->sampler.bank[k % 3]
-                                                  ->step_bin[k / 3][abs(grid->class[i] - grid->class[other])]]++;
+                        control->steps[k % 3][k / 3][work->step[k % 3][k / 3]
+                                                         .bin[abs(grid->class[i] - grid->class[other])]]++;
                 }
                 for (int p = 0; p < PV_PLANES; p++)
                     if (grid->source[p][i] >= 0)

@@ -10,6 +10,7 @@ typedef struct pv_work {
     pv_sampler sampler;
     pv_control control;
     pv_scratch *scratch; /* one a worker */
+    pv_steps step[3][PV_LAGS];
     int32_t workers;
     pv_device *device; /* NULL: the workers do it */
     int32_t weight_class, weight_step, weight_use; /* 1/256 */

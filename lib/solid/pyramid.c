@@ -103,7 +103,7 @@ static pave_result passes(pave_context *context, const pv_recipe *recipe, const 
     work.weight_step = recipe->weight_step;
     work.weight_use = recipe->weight_use;
     work.sampler.agree = recipe->agree;
-    work.sampler.steps = sampler->bank[1] == sampler->bank[0] ? PV_LAGS : 1; /* far apart, layers differ by axis */
+    work.sampler.steps = 1;
     if (!result)
         pv_work_count(&work);
     for (int32_t i = 0; i < recipe->passes && !result; i++) {

@@ -232,9 +232,9 @@ static int64_t value_cost(const choice *c, const uint8_t *value, int32_t source[
     return cost;
 }
 
-static int are_like(const pv_windows *bank, int a, int b)
+static int are_like(const choice *c, int axis, int a, int b)
 {
-    const uint8_t *bin = bank->step_bin[0];
+    const uint8_t *bin = c->s->step[axis][0].bin;
     return bin[abs(a - b)] <= bin[0] || bin[abs(a - b)] < PV_STEPS / 2;
 }
 
@@ -243,16 +243,15 @@ static int64_t loneliness(const choice *c, int64_t measured, int which, uint8_t 
 {
     enum { COMPANY = 3 };
     const pv_grid *grid = c->s->grid;
-    const pv_windows *bank = c->s->bank[which / 2];
     int32_t at[3] = { c->at[0], c->at[1], c->at[2] };
     int alike = 0;
-    if (are_like(bank, class, grid->class[measured]))
+    if (are_like(c, which / 2, class, grid->class[measured]))
         return 1;
     at[which / 2] = (at[which / 2] + (which & 1 ? 1 : -1) + grid->size[which / 2]) % grid->size[which / 2];
     for (int i = 0; i < 6; i++) {
         int64_t beside = pv_grid_beside(grid, at, i);
         alike += beside != c->voxel && is_there(grid, beside) &&
-                 are_like(bank, grid->class[measured], grid->class[beside]);
+                 are_like(c, which / 2, grid->class[measured], grid->class[beside]);
     }
     return alike < COMPANY ? 1 + 2 * (COMPANY - alike) : 1;
 }
@@ -267,7 +266,7 @@ static int64_t steered(const choice *c, int64_t cost, uint8_t class)
     if (!control)
         return cost;
     cost = cost * control->class_factor[class] >> 8;
-    for (int l = 0; l < pv_grid_lags(grid) && l < c->s->steps; l++) {
+    for (int l = 0; l < pv_grid_lags(grid) && c->s->steps; l++) {
         int64_t sum = 0, count = 0;
         for (int i = 0; i < 6; i++) {
             int64_t other = c->beside[l][i];
@@ -277,7 +276,7 @@ static int64_t steered(const choice *c, int64_t cost, uint8_t class)
                 cost *= loneliness(c, other, i, class);
             alike += l == 0 && grid->class[other] == class;
             others += l == 0;
-            sum += control->step_factor[l][c->s->bank[i / 2]->step_bin[l][abs(class - grid->class[other])]];
+            sum += control->step_factor[i / 2][l][c->s->step[i / 2][l].bin[abs(class - grid->class[other])]];
             count++;
         }
         cost = count ? cost * sum / (256 * count) : cost;
@@ -336,7 +335,7 @@ static void count_steps(const choice *c, int class, int by)
         for (int i = 0; i < 6; i++) {
             int64_t other = c->beside[l][i];
             if (other >= 0 && other != c->voxel)
-                c->scratch->tally.steps[l][c->s->bank[i / 2]->step_bin[l][abs(class - grid->class[other])]] += by;
+                c->scratch->tally.steps[i / 2][l][c->s->step[i / 2][l].bin[abs(class - grid->class[other])]] += by;
         }
 }
 

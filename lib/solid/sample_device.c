@@ -7,16 +7,17 @@
 
 /* The buffers, in the order of their bindings in shaders/voxels.glsl. */
 enum { VOXELS, SOURCES, TEXELS = SOURCES + PV_PLANES, TABLES, CONTROL, TALLY, ORDER, SETTING, BUFFERS };
-enum { STATISTICS = PV_CLASSES + PV_LAGS * PV_STEPS, ORDERED = 1 << 16, GROUP = 64, MOST_SHARED = 3700 };
+enum { STEPS = 3 * PV_LAGS * PV_STEPS, STATISTICS = PV_CLASSES + STEPS };
+enum { ORDERED = 1 << 16, GROUP = 64, MOST_SHARED = 3700 };
 
 typedef struct plane_setting {
     int32_t width, height, positions, inner_count, total, centre;
     uint32_t floor_low, floor_high;
-    int32_t texels, nearest, inner, class_start, step_bin, root, use, unused;
+    int32_t texels, nearest, inner, class_start, root, use;
 } plane_setting;
 
 typedef struct setting {
-    int32_t size[3], steps_at[3], lags, labels;
+    int32_t size[3], steps_at[3], bins_at[3], lags, labels;
     plane_setting plane[PV_PLANES];
 } setting;
 
@@ -50,7 +51,8 @@ static void lay_out(pv_device *d, const pv_sampler *s)
     for (int a = 0; a < 3; a++) {
         d->setting.size[a] = grid->size[a];
         d->setting.steps_at[a] = (int32_t)d->numbers;
-        d->numbers += grid->size[a] + 2 * grid->reach;
+        d->setting.bins_at[a] = (int32_t)d->numbers + grid->size[a] + 2 * grid->reach;
+        d->numbers = d->setting.bins_at[a] + PV_LAGS * PV_CLASSES;
     }
     d->setting.lags = pv_grid_lags(grid);
     d->setting.labels = s->labels;
@@ -63,11 +65,11 @@ static void lay_out(pv_device *d, const pv_sampler *s)
             continue;
         }
         int32_t at = (int32_t)d->numbers, inner = at + b->positions * PV_NEAREST, start = inner + b->inner_count;
-        int32_t bin = start + PV_CLASSES + 1, root = bin + PV_LAGS * PV_CLASSES;
+        int32_t root = start + PV_CLASSES + 1;
         *to = (plane_setting){
             b->width, b->height, b->positions, b->inner_count, b->window.total, b->window.centre, (uint32_t)least,
-            (uint32_t)(least >> 32), (int32_t)d->texels, at, inner, start, bin, root,
-            (int32_t)(d->factors - STATISTICS), 0
+            (uint32_t)(least >> 32), (int32_t)d->texels, at, inner, start, root,
+            (int32_t)(d->factors - STATISTICS)
         };
         d->numbers = root + b->window.side * b->window.side;
         d->texels += (int64_t)b->positions * d->words;
@@ -101,10 +103,16 @@ static void fill_tables(const plane_setting *at, const pv_windows *bank, int32_t
     memcpy(to + at->nearest, bank->nearest, (size_t)bank->positions * PV_NEAREST * number);
     memcpy(to + at->inner, bank->inner, (size_t)bank->inner_count * number);
     memcpy(to + at->class_start, bank->class_start, (PV_CLASSES + 1) * number);
-    for (int32_t i = 0; i < PV_LAGS * PV_CLASSES; i++)
-        to[at->step_bin + i] = bank->step_bin[i / PV_CLASSES][i % PV_CLASSES];
     for (int32_t i = 0; i < bank->window.side * bank->window.side; i++)
         to[at->root + i] = bank->window.root[i * bank->features];
+}
+
+static void fill_axis(const pv_device *d, const pv_sampler *s, int axis, int32_t *to)
+{
+    for (int32_t i = 0; i < s->grid->size[axis] + 2 * s->grid->reach; i++)
+        to[d->setting.steps_at[axis] + i] = (int32_t)s->grid->step[axis][i];
+    for (int32_t i = 0; i < PV_LAGS * PV_CLASSES; i++)
+        to[d->setting.bins_at[axis] + i] = s->step[axis][i / PV_CLASSES].bin[i % PV_CLASSES];
 }
 
 static pave_result write_banks(pv_device *d, const pv_sampler *s)
@@ -114,8 +122,7 @@ static pave_result write_banks(pv_device *d, const pv_sampler *s)
     int32_t *tables = texels ? pv_allocate_zeroed(d->context, (size_t)d->numbers, sizeof *tables, &result) : NULL;
     if (tables) {
         for (int a = 0; a < 3; a++)
-            for (int32_t i = 0; i < s->grid->size[a] + 2 * s->grid->reach; i++)
-                tables[d->setting.steps_at[a] + i] = (int32_t)s->grid->step[a][i];
+            fill_axis(d, s, a, tables);
         for (int p = 0; p < PV_PLANES; p++)
             if (is_first(s, p)) {
                 fill_texels(d, s->bank[p], texels + d->setting.plane[p].texels);
@@ -260,8 +267,8 @@ pave_result pv_device_settle(pv_device *d, const pv_sampler *s, pv_control *cont
         return result;
     for (int c = 0; c < PV_CLASSES; c++)
         control->classes[c] += change[c];
-    for (int i = 0; i < PV_LAGS * PV_STEPS; i++)
-        control->steps[i / PV_STEPS][i % PV_STEPS] += change[PV_CLASSES + i];
+    for (int i = 0; i < STEPS; i++)
+        control->steps[i / (PV_LAGS * PV_STEPS)][i / PV_STEPS % PV_LAGS][i % PV_STEPS] += change[PV_CLASSES + i];
     for (int p = 0; p < PV_PLANES; p++)
         for (int32_t i = 0; i < s->bank[p]->positions && is_first(s, p); i++)
             control->uses[p][i] += change[STATISTICS + d->setting.plane[p].use + i];

@@ -249,7 +249,7 @@ static pave_result grow_fast(making *m)
         pv_work_count(&work);
     if (!result)
         result = pv_work_flood(&work, &m->flood, 0, 1.0 / (1 + PASSES));
-    work.sampler.steps = m->samples == 1 ? PV_LAGS : 1;
+    work.sampler.steps = 1;
     for (int i = 1; i <= PASSES && !result; i++)
         result = pv_work_pass(&work, (double)i / (1 + PASSES), (i + 1.0) / (1 + PASSES));
     return pv_work_end(&work, result);
