@@ -158,6 +158,9 @@ typedef struct pave_solid_measure {
     double walls;          /* difference across the flood's cell walls / inside cells: 1 is invisible; NaN without */
     double measured;       /* difference of measured voxels from their neighbours / that of all; NaN without */
     int64_t voxels, measured_voxels;
+    double use;              /* entropy of how often each place of the sample was taken / the greatest possible: 1 is
+                                evenly; of a volume that was handed in, NaN */
+    double constraint_error; /* greatest difference from what was measured, as stored: 0; NaN as above */
 } pave_solid_measure;
 
 /* Fills `measure`, whose size must be set. */

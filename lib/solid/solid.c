@@ -310,6 +310,35 @@ static void store_source(making *m, int64_t voxel)
     store_texel(m, voxel, best, g->source[best][voxel]);
 }
 
+static int64_t count_uses(const making *m, int p, int64_t *uses)
+{
+    int64_t all = 0;
+    for (int64_t i = 0; i < m->grid.voxels; i++)
+        if (m->grid.state[i] == PAVE_VOXEL_FILLED && m->grid.source[p][i] >= 0)
+            uses[m->grid.source[p][i]]++, all++;
+    return all;
+}
+
+/* How evenly the sample's places are used: the entropy of their uses, of the greatest that there can be. */
+static pave_result measure_use(making *m)
+{
+    pave_result result = PAVE_OK;
+    const pv_windows *bank = &m->bank[0];
+    double entropy = 0;
+    int64_t all = 0;
+    int64_t *uses = pv_allocate_zeroed(m->context, (size_t)bank->positions, sizeof *uses, &result);
+    for (int p = 0; p < PV_PLANES && uses; p++)
+        if (p == 0 || m->samples == 1)
+            all += count_uses(m, p, uses);
+    for (int32_t i = 0; i < bank->positions && uses; i++)
+        if (uses[i])
+            entropy -= (double)uses[i] / (double)all * log((double)uses[i] / (double)all);
+    pv_release(uses);
+    if (all > 1)
+        m->volume->use = entropy / log(fmin((double)all, bank->inner_count));
+    return result;
+}
+
 static int ascending(const void *a, const void *b)
 {
     double x = *(const double *)a, y = *(const double *)b;
@@ -357,8 +386,14 @@ static pave_result store_values(making *m)
     m->volume->cells = m->flood.cells;
     m->volume->seeds = m->flood.seeds;
     m->volume->params = m->params;
+    m->volume->params.levels = m->params.mode == PAVE_SOLID_BEST ? m->pyramid.levels : 1;
+    m->volume->labels = m->palette.labels;
+    m->volume->samples = m->samples;
     m->flood.cells = NULL;
-    return result;
+    if (!result)
+        result = measure_use(m);
+    return result ? result : pv_domain_check(m->context, &m->input, &m->palette, m->volume,
+                                             &m->volume->constraint_error);
 }
 
 static void clean_up(making *m)

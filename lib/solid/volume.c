@@ -56,6 +56,7 @@ pave_result pv_volume_new(pave_context *context, const pave_volume_params *given
     volume->spacing = p.spacing;
     memcpy(volume->origin, p.origin, sizeof volume->origin);
     volume->params.mode = -1;
+    volume->use = volume->constraint_error = NAN;
     size_t n = (size_t)p.width * (size_t)p.height * (size_t)p.depth;
     volume->values = pv_allocate(context, n, (size_t)p.channels * pv_type_bytes(p.type), &result);
     if (!result)
