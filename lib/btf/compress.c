@@ -57,6 +57,14 @@ typedef struct work {
 } work;
 
 /* Reads a texel of the block: what is factored, channel by channel. */
+static int all_finite(const float *values, int64_t count)
+{
+    for (int64_t i = 0; i < count; i++)
+        if (!isfinite(values[i]))
+            return 0;
+    return 1;
+}
+
 static void read_texel(void *data, int32_t index, int32_t worker)
 {
     work *w = data;
@@ -67,9 +75,10 @@ static void read_texel(void *data, int32_t index, int32_t worker)
     pave_btf_abrdf(btf, (int32_t)(texel % btf->width), (int32_t)(texel / btf->width), samples);
     pv_colour_encode(w->colour, btf->channels, samples, pv_btf_length(btf) / btf->channels, values);
     int32_t planes = pv_btf_planes(w->out);
+    double none = all_finite(samples, pv_btf_length(btf)) ? 0 : NAN;
     for (int32_t c = 0; c < planes; c++) {
         float *row = w->plane[c].block + (size_t)index * (size_t)w->rows;
-        double energy = 0;
+        double energy = none;
         for (int64_t p = 0; p < w->rows; p++) {
             row[p] = values[p * planes + c];
             energy += (double)row[p] * row[p];
@@ -114,6 +123,18 @@ static void sum_stripe(void *data, int32_t index, int32_t worker)
                 p->seen, p->width, 1, p->sum + (size_t)first * (size_t)p->width, p->width);
 }
 
+static pave_result check_energy(pave_context *context, const work *w)
+{
+    int32_t planes = pv_btf_planes(w->out);
+    for (int32_t i = 0; i < w->count * planes; i++) {
+        int64_t texel = w->first + i / planes;
+        if (!isfinite(w->energy[i]))
+            return pv_fail(context, PAVE_ERR_FORMAT, "texel %lld,%lld has samples that are infinite or no numbers",
+                           (long long)(texel % w->btf->width), (long long)(texel / w->btf->width));
+    }
+    return PAVE_OK;
+}
+
 /* Reads a block of texels and looks at it through the bases. */
 static pave_result see_block(pave_context *context, work *w, double from, double to)
 {
@@ -121,6 +142,8 @@ static pave_result see_block(pave_context *context, work *w, double from, double
     int64_t left = pv_btf_texels(w->btf) - w->first;
     w->count = least(BLOCK, left);
     pave_result result = pv_parallel(context, w->count, read_texel, w, from, half);
+    if (!result)
+        result = check_energy(context, w);
     return result ? result : pv_parallel(context, groups(w) * pv_btf_planes(w->out), see_group, w, half, to);
 }
 
