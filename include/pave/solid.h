@@ -106,7 +106,7 @@ typedef struct pave_solid_params {
     double sigma;         /* of the window's Gaussian in paper mode, in windows; 1/6.4 is customary */
     int32_t levels;       /* of best mode's pyramid; 0: by the size of the sample's features */
     int32_t periodic;     /* 1: opposite sides fit; boxes only */
-    int32_t match;        /* 1: the sample's histogram is met to the voxel; one channel */
+    int32_t match;        /* 1: the sample's histogram is met to the voxel, of one channel; 0: as it comes */
     int32_t cells;        /* 1: keep the cells of the flood in every mode */
 } pave_solid_params;
 
@@ -158,6 +158,9 @@ typedef struct pave_solid_measure {
     double walls;          /* difference across the flood's cell walls / inside cells: 1 is invisible; NaN without */
     double measured;       /* difference of measured voxels from their neighbours / that of all; NaN without */
     int64_t voxels, measured_voxels;
+    double use;              /* entropy of how often each place of the sample was taken / the greatest possible: 1 is
+                                evenly; of a volume that was handed in, NaN */
+    double constraint_error; /* greatest difference from what was measured, as stored: 0; NaN as above */
 } pave_solid_measure;
 
 /* Fills `measure`, whose size must be set. */

@@ -7,6 +7,7 @@
 #include "io/pavement.h"
 #include "io/radiance.h"
 #include "io/raster.h"
+#include "util/text.h"
 
 #include <errno.h>
 #include <string.h>
@@ -127,22 +128,10 @@ static const struct { const char *ending; pile_writer *write; } stones_formats[]
     { ".stones", pv_stones_file_write },
 };
 
-/* Case does not matter, and neither does what the locale says about it. */
-static int ends_with(const char *path, const char *ending)
-{
-    size_t length = strlen(path), n = strlen(ending);
-    if (length < n)
-        return 0;
-    for (path += length - n; *path; path++, ending++)
-        if ((*path >= 'A' && *path <= 'Z' ? *path + 32 : *path) != *ending)
-            return 0;
-    return 1;
-}
-
 static pave_result write_image(pave_context *context, const pave_image *image, const char *path)
 {
     for (size_t i = 0; i < sizeof image_formats / sizeof *image_formats; i++)
-        if (ends_with(path, image_formats[i].ending))
+        if (pv_text_ends_with(path, image_formats[i].ending))
             return image_formats[i].write(context, image, path, image_formats[i].format);
     return pv_fail(context, PAVE_ERR_UNSUPPORTED,
                    "%s: an image is written as .exr, .png, .tif, .tiff, .jpg or .jpeg, by the ending of its name",
@@ -152,7 +141,7 @@ static pave_result write_image(pave_context *context, const pave_image *image, c
 const char *pave_stones_format(const char *path)
 {
     for (size_t i = 0; path && i < sizeof stones_formats / sizeof *stones_formats; i++)
-        if (ends_with(path, stones_formats[i].ending))
+        if (pv_text_ends_with(path, stones_formats[i].ending))
             return stones_formats[i].ending + 1;
     return path && !strcmp(path, "-") ? "svg" : NULL;
 }

@@ -3,6 +3,8 @@
 
 #include "base/context.h"
 #include "io/output.h"
+#include "io/parameters.h"
+#include "solid/solid.h"
 #include "util/json.h"
 
 #include <errno.h>
@@ -21,6 +23,21 @@ static void put_volume(pv_json *json, const pave_volume *volume)
     pv_json_whole(json, "height", pave_volume_height(volume));
     pv_json_whole(json, "depth", pave_volume_depth(volume));
     pv_json_number(json, "spacing", pave_volume_spacing(volume));
+    pv_json_array(json, "origin");
+    for (int a = 0; a < 3; a++)
+        pv_json_number(json, NULL, volume->origin[a]);
+    pv_json_close(json);
+}
+
+/* What the stone was made with, with the choices that were left to the library: the mode, the levels. */
+static void put_making(pv_json *json, const pave_volume *volume)
+{
+    if (volume->params.mode < 0)
+        return;
+    pv_json_whole(json, "samples", volume->samples);
+    pv_json_whole(json, "labels", volume->labels);
+    pv_json_whole(json, "flood_seeds", volume->seeds);
+    pv_json_params(json, &pv_solid_table, &volume->params);
 }
 
 static void put_measure(pv_json *json, const pave_solid_measure *m)
@@ -41,6 +58,8 @@ static void put_measure(pv_json *json, const pave_solid_measure *m)
     pv_json_number(json, "slice_distance", m->slice_distance);
     pv_json_number(json, "walls", m->walls);
     pv_json_number(json, "measured", m->measured);
+    pv_json_number(json, "use", m->use);
+    pv_json_number(json, "constraint_error", m->constraint_error);
 }
 
 pave_result pave_solid_measure_write(pave_context *context, const pave_volume *volume,
@@ -61,6 +80,7 @@ pave_result pave_solid_measure_write(pave_context *context, const pave_volume *v
         pv_json_begin(&json, put, output);
         pv_json_object(&json, NULL);
         put_volume(&json, volume);
+        put_making(&json, volume);
         put_measure(&json, &measure);
         pv_json_close(&json);
         result = pv_output_close(output, PAVE_OK);

@@ -3,11 +3,12 @@
  * alike here is alike one texel further, so that the cost of a texel does not grow with the sample. */
 #include "solid/bank.h"
 
+#include "base/parallel.h"
 #include "util/random.h"
 
 #include <string.h>
 
-enum { ROUNDS = 5, TRIES = 6 };
+enum { ROUNDS = 5, TRIES = 6, PART = 2048, ROWS = 4 };
 
 typedef struct search {
     pv_windows *bank;
@@ -16,6 +17,7 @@ typedef struct search {
     int16_t *all;      /* every tap present */
     uint64_t seed;
     pv_distances *distances;
+    int32_t round, part, shift; /* positions that are gone over one after the other, and where the first part ends */
 } search;
 
 static void name_patches(search *s)
@@ -51,10 +53,17 @@ static void offer(search *s, int32_t p, int32_t candidate)
     distance[i] = d;
 }
 
+static int32_t part_of(const search *s, int32_t position)
+{
+    return (position + s->shift) / s->part;
+}
+
+/* Only neighbours of the same part: the others' lists are being written. */
 static void offer_shifted(search *s, int32_t p, int32_t neighbour, int32_t dx, int32_t dy)
 {
     const pv_windows *bank = s->bank;
-    if (neighbour < 0 || neighbour >= bank->positions || !bank->inside[neighbour])
+    if (neighbour < 0 || neighbour >= bank->positions || !bank->inside[neighbour] ||
+        part_of(s, neighbour) != part_of(s, p))
         return;
     for (int i = 0; i < PV_NEAREST; i++) {
         int32_t q = bank->nearest[(size_t)neighbour * PV_NEAREST + (size_t)i];
@@ -63,14 +72,14 @@ static void offer_shifted(search *s, int32_t p, int32_t neighbour, int32_t dx, i
     }
 }
 
-static void improve(search *s, int32_t p, int round)
+static void improve(search *s, int32_t p)
 {
     const pv_windows *bank = s->bank;
-    int32_t row = pv_windows_row(bank, p), way = round & 1 ? -1 : 1;
+    int32_t row = pv_windows_row(bank, p), way = s->round & 1 ? -1 : 1;
     offer_shifted(s, p, p - way, way, 0);
     offer_shifted(s, p, p - way * row, 0, way);
     for (uint32_t t = 0; t < TRIES; t++) {
-        pv_random r = pv_draw(s->seed, PV_DRAW_ALIKE, (uint32_t)p, (uint32_t)round, t);
+        pv_random r = pv_draw(s->seed, PV_DRAW_ALIKE, (uint32_t)p, (uint32_t)s->round, t);
         offer(s, p, bank->inner[pv_below(r.word[0], (uint32_t)bank->inner_count)]);
         /* among those with the centre alike */
         int32_t from = bank->class_start[bank->class[p]], to = bank->class_start[bank->class[p] + 1];
@@ -79,19 +88,32 @@ static void improve(search *s, int32_t p, int round)
     }
 }
 
+static void improve_part(void *data, int32_t index, int32_t worker)
+{
+    (void)worker;
+    search *s = data;
+    const pv_windows *bank = s->bank;
+    int32_t from = index * s->part - s->shift, to = from + s->part;
+    from = from < 0 ? 0 : from;
+    to = to < bank->positions ? to : bank->positions;
+    for (int32_t i = from; i < to; i++) {
+        int32_t p = s->round & 1 ? from + to - 1 - i : i;
+        if (bank->inside[p])
+            improve(s, p);
+    }
+}
+
+/* Parts depend on the sample alone, and every other round they lie half a part further, so that what is found gets
+ * everywhere. */
 static pave_result run(pave_context *context, search *s)
 {
-    enum { BATCH = 4096 };
     pave_result result = PAVE_OK;
-    const pv_windows *bank = s->bank;
-    for (int round = 0; round < ROUNDS && !result; round++)
-        for (int32_t i = 0; i < bank->positions && !result; i++) {
-            int32_t p = round & 1 ? bank->positions - 1 - i : i;
-            if (bank->inside[p])
-                improve(s, p, round);
-            if (i % BATCH == 0)
-                result = pv_progress(context, 0);
-        }
+    int32_t rows = ROWS * (s->bank->width > s->bank->height ? s->bank->width : s->bank->height);
+    s->part = rows > PART ? rows : PART;
+    for (s->round = 0; s->round < ROUNDS && !result; s->round++) {
+        s->shift = s->round & 1 ? s->part / 2 : 0;
+        result = pv_parallel(context, part_of(s, s->bank->positions - 1) + 1, improve_part, s, 0, 0);
+    }
     return result;
 }
 

@@ -146,32 +146,30 @@ static void count_classes(pv_windows *bank)
     bank->inner_count = bank->class_start[PV_CLASSES];
 }
 
-static void add_step(int64_t counts[PV_CLASSES], const uint8_t *class, int32_t a, int32_t b)
+static void count_apart(pv_windows *bank, int which, int32_t lag)
 {
-    counts[abs(class[a] - class[b])]++;
-}
-
-/* Differences between texels so far apart, in bins that hold about equally many. */
-static void count_steps(pv_windows *bank, int which, int32_t lag)
-{
-    int64_t counts[PV_CLASSES] = { 0 }, all = 0, seen = 0;
     for (int32_t y = 0; y < bank->height; y++)
         for (int32_t x = 0; x < bank->width; x++) {
-            int32_t p = y * bank->width + x;
+            const uint8_t *here = bank->class + y * bank->width + x;
             if (x + lag < bank->width)
-                add_step(counts, bank->class, p, p + lag);
+                bank->apart[0][which][abs(here[0] - here[lag])]++;
             if (y + lag < bank->height)
-                add_step(counts, bank->class, p, p + lag * bank->width);
+                bank->apart[1][which][abs(here[0] - here[lag * bank->width])]++;
         }
+}
+
+void pv_steps_create(const int64_t counts[PV_CLASSES], pv_steps *out)
+{
+    int64_t seen = 0;
+    memset(out, 0, sizeof *out);
     for (int32_t d = 0; d < PV_CLASSES; d++)
-        all += counts[d];
-    for (int32_t d = 0; d < PV_CLASSES && all; d++) {
-        int64_t bin = (seen + counts[d] / 2) * PV_STEPS / all;
-        bank->step_bin[which][d] = (uint8_t)(bin < PV_STEPS ? bin : PV_STEPS - 1);
-        bank->step_target[which][bank->step_bin[which][d]] += (int32_t)counts[d];
+        out->total += counts[d];
+    for (int32_t d = 0; d < PV_CLASSES && out->total; d++) {
+        int64_t bin = (seen + counts[d] / 2) * PV_STEPS / out->total;
+        out->bin[d] = (uint8_t)(bin < PV_STEPS ? bin : PV_STEPS - 1);
+        out->target[out->bin[d]] += counts[d];
         seen += counts[d];
     }
-    bank->step_total[which] = (int32_t)all;
 }
 
 static void measure_variance(pv_windows *bank)
@@ -219,8 +217,8 @@ pave_result pv_windows_create(pave_context *context, const pv_texels *texels, in
     copy_texels(texels, bank);
     fill_patches(bank);
     count_classes(bank);
-    count_steps(bank, 0, 1);
-    count_steps(bank, 1, PV_FAR);
+    count_apart(bank, 0, 1);
+    count_apart(bank, 1, PV_FAR);
     measure_variance(bank);
     memset(bank->nearest, -1, (size_t)bank->positions * PV_NEAREST * sizeof *bank->nearest);
     return alike ? pv_windows_alike(context, bank, seed) : PAVE_OK;

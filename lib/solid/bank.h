@@ -37,11 +37,15 @@ typedef struct pv_windows {
     int32_t class_start[PV_CLASSES + 1];
     int32_t target[PV_CLASSES];   /* texels of each class */
     int32_t target_total;
-    /* differences between texels 1 and PV_FAR apart: their bins, and how many texels there are in each */
-    uint8_t step_bin[PV_LAGS][PV_CLASSES];
-    int32_t step_target[PV_LAGS][PV_STEPS], step_total[PV_LAGS];
+    int64_t apart[2][PV_LAGS][PV_CLASSES]; /* along x and y: pairs of texels 1 and PV_FAR apart by their difference */
     int64_t variance;             /* of a texel, summed over features */
 } pv_windows;
+
+/* Differences between voxels so far apart along an axis: their bins, and how many there should be in each. */
+typedef struct pv_steps {
+    uint8_t bin[PV_CLASSES];
+    int64_t target[PV_STEPS], total;
+} pv_steps;
 
 pave_result pv_window_create(pave_context *context, int32_t side, int32_t features, double sigma, pv_window *out);
 
@@ -53,6 +57,9 @@ pave_result pv_windows_create(pave_context *context, const pv_texels *texels, in
                               int transposed, int alike, uint64_t seed, pv_windows *out);
 void pv_windows_free(pv_windows *bank);
 
+/* In bins that hold about equally many, from counts by difference. */
+void pv_steps_create(const int64_t counts[PV_CLASSES], pv_steps *out);
+
 /* alike.c: fills the lists of the nearest. */
 pave_result pv_windows_alike(pave_context *context, pv_windows *bank, uint64_t seed);
 
@@ -60,6 +67,13 @@ pave_result pv_windows_alike(pave_context *context, pv_windows *bank, uint64_t s
 static inline int32_t pv_windows_row(const pv_windows *bank, int32_t position)
 {
     return position < bank->width * bank->height ? bank->width : bank->height;
+}
+
+/* What is added to every distance: without it a penalty on a distance of 0 would be none, and flat parts would take the
+ * whole volume. */
+static inline int64_t pv_windows_floor(const pv_windows *bank)
+{
+    return bank->variance * bank->window.total / 50 + 1;
 }
 
 /* Squared distances of a neighbourhood from those at `positions`; `presence` is 0 where it is not known, 4 where it is

@@ -13,15 +13,33 @@ static int shares_bank(const pv_work *work, int p)
     return p > 0 && work->sampler.bank[p] == work->sampler.bank[0];
 }
 
+/* Along an axis the two planes that it lies in say how much voxels differ; one sample for all has no directions. */
+static void make_steps(pv_work *work, int axis, int lag)
+{
+    int64_t counts[PV_CLASSES] = { 0 };
+    for (int p = 0; p < PV_PLANES; p++) {
+        const pv_windows *bank = work->sampler.bank[p];
+        for (int d = 0; d < PV_CLASSES && p != axis; d++)
+            counts[d] += bank->copies == 2 ? bank->apart[0][lag][d] + bank->apart[1][lag][d]
+                                           : bank->apart[pv_plane_v(p) == axis][lag][d];
+    }
+    pv_steps_create(counts, &work->step[axis][lag]);
+    for (int s = 0; s < PV_STEPS; s++)
+        work->control.push[axis][lag][s] = 1;
+}
+
 pave_result pv_work_begin(pave_context *context, const pv_sampler *sampler, pv_work *work)
 {
     pave_result result = PAVE_OK;
     memset(work, 0, sizeof *work);
     work->context = context;
     work->sampler = *sampler;
+    work->sampler.step = work->step;
     work->sampler.distances = pv_distances_choose(context->backend == PAVE_BACKEND_CPU_PORTABLE);
     work->weight_class = work->weight_step = 256;
     work->weight_use = 128;
+    for (int i = 0; i < 3 * PV_LAGS; i++)
+        make_steps(work, i / PV_LAGS, i % PV_LAGS);
     work->workers = pv_workers(context);
     work->scratch = pv_allocate_zeroed(context, (size_t)work->workers, sizeof *work->scratch, &result);
     for (int32_t i = 0; i < work->workers && !result; i++)
@@ -37,11 +55,15 @@ pave_result pv_work_begin(pave_context *context, const pv_sampler *sampler, pv_w
         if (!result)
             work->control.use_factor[p] = pv_allocate_zeroed(context, n, sizeof(uint16_t), &result);
     }
-    return result;
+    int on_device = context->backend == PAVE_BACKEND_VULKAN_COMPUTE || context->backend == PAVE_BACKEND_VULKAN_RASTER;
+    return result || !on_device ? result : pv_device_open(context, &work->sampler, &work->device);
 }
 
-void pv_work_end(pv_work *work)
+pave_result pv_work_end(pv_work *work, pave_result result)
 {
+    if (!result && work->device)
+        result = pv_device_fetch(work->device, &work->sampler);
+    pv_device_close(work->device);
     for (int32_t i = 0; i < work->workers && work->scratch; i++)
         pv_scratch_free(&work->scratch[i]);
     pv_release(work->scratch);
@@ -51,6 +73,7 @@ void pv_work_end(pv_work *work)
             pv_release(work->control.use_factor[p]);
         }
     memset(work, 0, sizeof *work);
+    return result;
 }
 
 /* have / wanted, to the power of weight (in 256ths, as a blend of powers 0, 1, 2), held within 1/8 and 8. */
@@ -76,20 +99,33 @@ static void freeze_uses(pv_work *work, int p)
     }
 }
 
-static void freeze_steps(pv_work *work, int lag)
+/* A factor that knows the present only settles where it still is wrong: what stays off its target is pushed more and
+ * more, as by the integral part of a controller. */
+static double push_more(double push, uint32_t off)
 {
-    pv_control *control = &work->control;
-    const pv_windows *bank = work->sampler.bank[0];
-    int64_t all = 0;
-    for (int s = 0; s < PV_STEPS; s++)
-        all += control->steps[lag][s];
-    for (int s = 0; s < PV_STEPS; s++)
-        control->step_factor[lag][s] = all > 0 && bank->step_total[lag]
-                                           ? factor(control->steps[lag][s], all, bank->step_target[lag][s],
-                                                    bank->step_total[lag], work->weight_step) : 256;
+    enum { SLOWLY = 1024 };
+    push *= 1 + ((double)off - 256) / SLOWLY;
+    return push < 0.25 ? 0.25 : push > 4 ? 4 : push;
 }
 
-static void freeze(pv_work *work)
+static void freeze_steps(pv_work *work, int axis, int lag)
+{
+    pv_control *control = &work->control;
+    const pv_steps *wanted = &work->step[axis][lag];
+    int64_t all = 0;
+    for (int s = 0; s < PV_STEPS; s++)
+        all += control->steps[axis][lag][s];
+    for (int s = 0; s < PV_STEPS; s++) {
+        double *push = &control->push[axis][lag][s];
+        uint32_t off = 256;
+        if (all > 0 && wanted->total)
+            off = factor(control->steps[axis][lag][s], all, wanted->target[s], wanted->total, work->weight_step);
+        *push = push_more(*push, off);
+        control->step_factor[axis][lag][s] = (uint32_t)(off * *push + 0.5);
+    }
+}
+
+static pave_result freeze(pv_work *work)
 {
     pv_control *control = &work->control;
     const pv_windows *bank = work->sampler.bank[0];
@@ -99,19 +135,21 @@ static void freeze(pv_work *work)
     for (int c = 0; c < PV_CLASSES; c++)
         control->class_factor[c] = classes ? factor(control->classes[c], classes, bank->target[c], bank->target_total,
                                                     work->weight_class) : 256;
-    for (int l = 0; l < PV_LAGS; l++)
-        freeze_steps(work, l);
+    for (int i = 0; i < 3 * PV_LAGS; i++)
+        freeze_steps(work, i / PV_LAGS, i % PV_LAGS);
     for (int p = 0; p < PV_PLANES; p++)
         if (!shares_bank(work, p))
             freeze_uses(work, p);
+    return work->device ? pv_device_steer(work->device, &work->sampler, control) : PAVE_OK;
 }
 
 static void add_tally(pv_control *control, pv_tally *tally, const pv_sampler *sampler)
 {
     for (int c = 0; c < PV_CLASSES; c++)
         control->classes[c] += tally->classes[c];
-    for (int s = 0; s < PV_LAGS * PV_STEPS; s++)
-        control->steps[s / PV_STEPS][s % PV_STEPS] += tally->steps[s / PV_STEPS][s % PV_STEPS];
+    for (int a = 0; a < 3; a++)
+        for (int s = 0; s < PV_LAGS * PV_STEPS; s++)
+            control->steps[a][s / PV_STEPS][s % PV_STEPS] += tally->steps[a][s / PV_STEPS][s % PV_STEPS];
     memset(tally->classes, 0, sizeof tally->classes);
     memset(tally->steps, 0, sizeof tally->steps);
     for (int p = 0; p < PV_PLANES; p++) {
@@ -121,10 +159,13 @@ static void add_tally(pv_control *control, pv_tally *tally, const pv_sampler *sa
     }
 }
 
-static void settle(pv_work *work)
+static pave_result settle(pv_work *work)
 {
+    if (work->device)
+        return pv_device_settle(work->device, &work->sampler, &work->control);
     for (int32_t i = 0; i < work->workers; i++)
         add_tally(&work->control, &work->scratch[i].tally, &work->sampler);
+    return PAVE_OK;
 }
 
 void pv_work_count(pv_work *work)
@@ -146,8 +187,8 @@ void pv_work_count(pv_work *work)
                 for (int k = 0; k < 3 * pv_grid_lags(grid); k++) {
                     int64_t other = pv_grid_towards(grid, at, 2 * (k % 3) + 1, k < 3 ? 1 : PV_FAR);
                     if (other >= 0 && grid->state[other] >= PAVE_VOXEL_MEASURED)
-                        control->steps[k / 3][work->sampler.bank[k % 3]
-                                                  ->step_bin[k / 3][abs(grid->class[i] - grid->class[other])]]++;
+                        control->steps[k % 3][k / 3][work->step[k % 3][k / 3]
+                                                         .bin[abs(grid->class[i] - grid->class[other])]]++;
                 }
                 for (int p = 0; p < PV_PLANES; p++)
                     if (grid->source[p][i] >= 0)
@@ -156,16 +197,12 @@ void pv_work_count(pv_work *work)
 }
 
 /* Coordinates of one class are further apart than the window reaches, also around the end of a periodic axis. */
-typedef struct lane {
-    int32_t first, every, count;
-} lane;
-
-static lane lane_of(const pv_grid *grid, int axis, int32_t class)
+static pv_lane lane_of(const pv_grid *grid, int axis, int32_t class)
 {
     int32_t n = grid->size[axis], every = grid->reach + 1, regular = grid->periodic ? n - n % every : n;
     if (class >= every)
-        return (lane){ regular + class - every, 1, 1 };
-    return (lane){ class, every, (regular - class + every - 1) / every };
+        return (pv_lane){ regular + class - every, 1, 1 };
+    return (pv_lane){ class, every, (regular - class + every - 1) / every };
 }
 
 static int32_t lane_classes(const pv_grid *grid, int axis)
@@ -178,7 +215,7 @@ static int32_t lane_classes(const pv_grid *grid, int axis)
 
 typedef struct colour {
     pv_work *work;
-    lane x, y, z;
+    pv_lane x, y, z;
     int32_t rows_each;
 } colour;
 
@@ -197,6 +234,13 @@ static void colour_task(void *data, int32_t index, int32_t worker)
     }
 }
 
+static pave_result run_lanes(const colour *c, double to)
+{
+    const pv_lane lanes[3] = { c->x, c->y, c->z };
+    pave_result result = pv_device_lanes(c->work->device, &c->work->sampler, lanes);
+    return result ? result : pv_progress(c->work->context, to);
+}
+
 static pave_result run_colour(pv_work *work, int32_t which, double from, double to)
 {
     enum { VOXELS = 400 };
@@ -208,10 +252,12 @@ static pave_result run_colour(pv_work *work, int32_t which, double from, double 
         return PAVE_OK;
     int32_t rows = c.y.count * c.z.count;
     c.rows_each = (VOXELS + c.x.count - 1) / c.x.count;
-    freeze(work);
-    pave_result result = pv_parallel(work->context, (rows + c.rows_each - 1) / c.rows_each, colour_task, &c, from, to);
-    settle(work);
-    return result;
+    pave_result result = freeze(work);
+    if (!result && work->device)
+        result = run_lanes(&c, to);
+    else if (!result)
+        result = pv_parallel(work->context, (rows + c.rows_each - 1) / c.rows_each, colour_task, &c, from, to);
+    return result ? result : settle(work);
 }
 
 pave_result pv_work_pass(pv_work *work, double from, double to)
@@ -251,6 +297,16 @@ static void flood_task(void *data, int32_t index, int32_t worker)
     }
 }
 
+static pave_result run_flood_level(flood_level *level, double from, double to)
+{
+    const pv_work *work = level->work;
+    if (!work->device)
+        return pv_parallel(work->context, (int32_t)((level->count + FLOOD_BATCH - 1) / FLOOD_BATCH), flood_task, level,
+                           from, to);
+    pave_result result = pv_device_order(work->device, &work->sampler, level->order, level->count);
+    return result ? result : pv_progress(work->context, to);
+}
+
 pave_result pv_work_flood(pv_work *work, const pv_flood *flood, double from, double to)
 {
     enum { FREEZE = 512 };
@@ -259,16 +315,16 @@ pave_result pv_work_flood(pv_work *work, const pv_flood *flood, double from, dou
     for (int32_t l = 0; l < flood->levels && !result; l++) {
         flood_level level = { work, flood->order + flood->level[l], flood->level[l + 1] - flood->level[l] };
         if (since >= FREEZE && work->sampler.control) {
-            settle(work);
-            freeze(work);
+            result = settle(work);
+            if (!result)
+                result = freeze(work);
             since = 0;
         }
         since += level.count;
-        int32_t tasks = (int32_t)((level.count + FLOOD_BATCH - 1) / FLOOD_BATCH);
         double a = (double)flood->level[l] / (double)flood->count;
         double b = (double)flood->level[l + 1] / (double)flood->count;
-        result = pv_parallel(work->context, tasks, flood_task, &level, from + (to - from) * a, from + (to - from) * b);
+        if (!result)
+            result = run_flood_level(&level, from + (to - from) * a, from + (to - from) * b);
     }
-    settle(work);
-    return result;
+    return result ? result : settle(work);
 }

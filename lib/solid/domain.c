@@ -10,6 +10,7 @@ typedef struct domain {
     const pave_solid_input *input;
     const pv_palette *palette;
     pave_volume *volume;
+    double *error; /* not NULL: the stone is made, and held against what was measured */
 } domain;
 
 static pave_result measure(domain *d, const int32_t at[3], const double *stored, const char *what)
@@ -19,12 +20,14 @@ static pave_result measure(domain *d, const int32_t at[3], const double *stored,
     for (int32_t c = 0; c < v->channels; c++) {
         int64_t index = voxel * v->channels + c;
         double had = pv_volume_stored(v->values, v->type, index);
-        if (v->states[voxel] == PAVE_VOXEL_MEASURED && had != (v->type == PAVE_F32 ? (float)stored[c] : stored[c]))
+        if (d->error)
+            *d->error = fmax(*d->error, fabs(had - (v->type == PAVE_F32 ? (float)stored[c] : stored[c])));
+        else if (v->states[voxel] == PAVE_VOXEL_MEASURED && had != (v->type == PAVE_F32 ? (float)stored[c] : stored[c]))
             return pv_fail(d->context, PAVE_ERR_ARGUMENT,
                            "%s gives voxel %d,%d,%d the value %g, but it has been measured as %g", what, (int)at[0],
                            (int)at[1], (int)at[2], stored[c], had);
     }
-    for (int32_t c = 0; c < v->channels; c++)
+    for (int32_t c = 0; c < v->channels && !d->error; c++)
         pv_volume_store(v->values, v->type, voxel * v->channels + c, stored[c]);
     v->states[voxel] = PAVE_VOXEL_MEASURED;
     return PAVE_OK;
@@ -153,21 +156,43 @@ static pave_result make_shape(domain *d, const pave_solid_params *params)
     return result;
 }
 
+static pave_result measure_all(domain *d)
+{
+    pave_result result = PAVE_OK;
+    for (int32_t i = 0; i < d->input->slice_count && !result; i++)
+        result = measure_slice(d, i);
+    for (int64_t i = 0; i < d->input->point_count && !result; i++)
+        result = measure_point(d, i);
+    return result;
+}
+
 pave_result pv_domain_create(pave_context *context, const pave_solid_input *input, const pave_solid_params *params,
                              const pv_palette *palette, pave_volume **out)
 {
-    domain d = { context, input, palette, NULL };
+    domain d = { context, input, palette, NULL, NULL };
     pave_result result = PAVE_OK;
     if (input->mesh && input->partial)
         result = pv_fail(context, PAVE_ERR_ARGUMENT, "a mesh and a partial volume cannot both say where the stone is");
     if (!result)
         result = make_shape(&d, params);
-    for (int32_t i = 0; i < input->slice_count && !result; i++)
-        result = measure_slice(&d, i);
-    for (int64_t i = 0; i < input->point_count && !result; i++)
-        result = measure_point(&d, i);
+    if (!result)
+        result = measure_all(&d);
     if (result)
         pave_volume_free(&d.volume);
     *out = d.volume;
     return result;
+}
+
+pave_result pv_domain_check(pave_context *context, const pave_solid_input *input, const pv_palette *palette,
+                            pave_volume *volume, double *error)
+{
+    domain d = { context, input, palette, volume, error };
+    const pave_volume *from = input->partial;
+    int64_t n = (int64_t)volume->size[0] * volume->size[1] * volume->size[2] * volume->channels;
+    *error = 0;
+    for (int64_t i = 0; i < n && from; i++)
+        if (from->states[i / volume->channels] >= PAVE_VOXEL_MEASURED)
+            *error = fmax(*error, fabs(pv_volume_stored(volume->values, volume->type, i) -
+                                       pv_volume_stored(from->values, from->type, i)));
+    return measure_all(&d);
 }

@@ -33,13 +33,20 @@ pave_result pv_grid_create(pave_context *context, const int32_t size[3], int32_t
     grid->state = result ? NULL : pv_allocate(context, n, 1, &result);
     grid->class = result ? NULL : pv_allocate_zeroed(context, n, 1, &result);
     grid->feature = result ? NULL : pv_allocate_zeroed(context, n, (size_t)features, &result);
+    if (!result)
+        memset(grid->state, PAVE_VOXEL_FREE, n);
+    return result;
+}
+
+pave_result pv_grid_open_sources(pave_context *context, pv_grid *grid)
+{
+    pave_result result = PAVE_OK;
+    size_t n = (size_t)grid->voxels;
     for (int p = 0; p < PV_PLANES && !result; p++) {
         grid->source[p] = pv_allocate(context, n, sizeof *grid->source[p], &result);
         if (!result)
             memset(grid->source[p], -1, n * sizeof *grid->source[p]);
     }
-    if (!result)
-        memset(grid->state, PAVE_VOXEL_FREE, n);
     return result;
 }
 

@@ -22,9 +22,10 @@ typedef struct pv_grid {
     int32_t *source[PV_PLANES];  /* the position of the plane's bank that the voxel looks like; -1: none yet */
 } pv_grid;
 
-/* All voxels are free and empty. */
+/* All voxels are free and empty, and have no sources yet: three quarters of the memory wait until they are needed. */
 pave_result pv_grid_create(pave_context *context, const int32_t size[3], int32_t periodic, int32_t reach,
                            int32_t features, pv_grid *out);
+pave_result pv_grid_open_sources(pave_context *context, pv_grid *grid);
 void pv_grid_free(pv_grid *grid);
 
 static inline int64_t pv_grid_at(const pv_grid *grid, int32_t x, int32_t y, int32_t z)

@@ -350,6 +350,8 @@ static pave_result measure(pave_context *context, plane3 *sample, plane3 *stone,
     m->phase = label_difference(sample, stone, fabs(phi_e - phi_v));
     measure_pairs(sample, stone, phi_e, phi_v, m);
     measure_flaws(volume, stone, m);
+    m->use = volume->use;
+    m->constraint_error = volume->constraint_error;
     m->slice_distance = NAN;
     return result || !sliceable(sample, stone) ? result : measure_slices(context, sample, stone, m);
 }

@@ -34,6 +34,8 @@ static pave_result coarsen(pave_context *context, const pv_grid *fine, pv_grid *
     for (int a = 0; a < 3; a++)
         size[a] = (fine->size[a] + 1) / 2;
     pave_result result = pv_grid_create(context, size, fine->periodic, fine->reach, fine->features, coarse);
+    if (!result)
+        result = pv_grid_open_sources(context, coarse);
     for (at[2] = 0; at[2] < size[2] && !result; at[2]++)
         for (at[1] = 0; at[1] < size[1]; at[1]++)
             for (at[0] = 0; at[0] < size[0]; at[0]++)
@@ -101,7 +103,7 @@ static pave_result passes(pave_context *context, const pv_recipe *recipe, const 
     work.weight_step = recipe->weight_step;
     work.weight_use = recipe->weight_use;
     work.sampler.agree = recipe->agree;
-    work.sampler.steps = sampler->bank[1] == sampler->bank[0] ? PV_LAGS : 1; /* far apart, layers differ by axis */
+    work.sampler.steps = 1;
     if (!result)
         pv_work_count(&work);
     for (int32_t i = 0; i < recipe->passes && !result; i++) {
@@ -110,8 +112,7 @@ static pave_result passes(pave_context *context, const pv_recipe *recipe, const 
         result = pv_work_pass(&work, from + (to - from) * i / recipe->passes,
                               from + (to - from) * (i + 1) / recipe->passes);
     }
-    pv_work_end(&work);
-    return result;
+    return pv_work_end(&work, result);
 }
 
 static pave_result make_banks(pave_context *context, const pv_pyramid *pyramid, int32_t level,
@@ -144,7 +145,7 @@ static pave_result run_level(pave_context *context, const pv_pyramid *pyramid, i
         result = make_banks(context, pyramid, level + 1, own[1], bank[1]);
     if (!result)
         result = make_banks(context, pyramid, level, own[0], bank[0]);
-    pv_sampler s = { .grid = grid, .seed = pyramid->seed + (uint64_t)level * 7919, .temperature = 0 };
+    pv_sampler s = { .grid = grid, .seed = pyramid->seed + (uint64_t)level * 7919, .labels = pyramid->labels };
     memcpy(s.bank, bank[0], sizeof s.bank);
     if (!result && coarse.voxels)
         start_from_coarse(&s, &coarse, bank[1]);

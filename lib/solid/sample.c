@@ -31,6 +31,7 @@ typedef struct choice {
     int forced; /* the value is measured */
     pv_random random;
     plane_choice plane[PV_PLANES];
+    int64_t beside[PV_LAGS][6]; /* voxels 1 and PV_FAR beside it that count; -1: none */
 } choice;
 
 pave_result pv_scratch_create(pave_context *context, const pv_sampler *sampler, pv_scratch *scratch)
@@ -107,8 +108,10 @@ static void list(choice *c, int p, int32_t position)
             if (plane->listed[i] == position)
                 return;
     plane->filter |= bit;
-    if (plane->listed_count < MOST_LISTED)
-        plane->listed[plane->listed_count++] = position;
+    if (plane->listed_count == MOST_LISTED)
+        return;
+    plane->listed[plane->listed_count++] = position;
+    __builtin_prefetch(c->s->bank[p]->patch + (size_t)position * (size_t)c->s->bank[p]->window.stride);
 }
 
 static void list_with_alike(choice *c, int p, int32_t position, int alike)
@@ -154,6 +157,16 @@ static void list_random(choice *c, int p)
     }
 }
 
+static void look_beside(choice *c)
+{
+    const pv_grid *grid = c->s->grid;
+    for (int l = 0; l < pv_grid_lags(grid); l++)
+        for (int i = 0; i < 6; i++) {
+            int64_t other = pv_grid_towards(grid, c->at, i, l ? PV_FAR : 1);
+            c->beside[l][i] = is_there(grid, other) ? other : -1;
+        }
+}
+
 static void keep(plane_choice *plane, int32_t position, int64_t distance)
 {
     int i = plane->kept_count;
@@ -168,21 +181,17 @@ static void keep(plane_choice *plane, int32_t position, int64_t distance)
     plane->kept[i] = (candidate){ position, distance };
 }
 
-/* Without a floor a penalty on a distance of 0 would be none, and flat parts would take the whole volume. */
-static int64_t floor_of(const pv_windows *bank)
-{
-    return bank->variance * bank->window.total / 50 + 1;
-}
-
 static void keep_best(choice *c, int p)
 {
     const pv_windows *bank = c->s->bank[p];
     plane_choice *plane = &c->plane[p];
     int32_t distance[MOST_LISTED];
-    int64_t least = floor_of(bank);
+    int64_t least = pv_windows_floor(bank);
     c->s->distances(bank, c->scratch->patch[p], c->scratch->presence[p], plane->listed, plane->listed_count, distance);
     for (int32_t i = 0; i < plane->listed_count; i++) {
-        int64_t d = plane->present ? (int64_t)distance[i] * bank->window.total / plane->present : 0;
+        int64_t d = distance[i];
+        if (plane->present != bank->window.total) /* a division less where all is there */
+            d = plane->present ? d * bank->window.total / plane->present : 0;
         d += least;
         if (c->s->control)
             d = d * c->s->control->use_factor[p][plane->listed[i]] >> 8;
@@ -223,9 +232,9 @@ static int64_t value_cost(const choice *c, const uint8_t *value, int32_t source[
     return cost;
 }
 
-static int are_like(const pv_windows *bank, int a, int b)
+static int are_like(const choice *c, int axis, int a, int b)
 {
-    const uint8_t *bin = bank->step_bin[0];
+    const uint8_t *bin = c->s->step[axis][0].bin;
     return bin[abs(a - b)] <= bin[0] || bin[abs(a - b)] < PV_STEPS / 2;
 }
 
@@ -234,43 +243,45 @@ static int64_t loneliness(const choice *c, int64_t measured, int which, uint8_t 
 {
     enum { COMPANY = 3 };
     const pv_grid *grid = c->s->grid;
-    const pv_windows *bank = c->s->bank[which / 2];
     int32_t at[3] = { c->at[0], c->at[1], c->at[2] };
     int alike = 0;
-    if (are_like(bank, class, grid->class[measured]))
+    if (are_like(c, which / 2, class, grid->class[measured]))
         return 1;
     at[which / 2] = (at[which / 2] + (which & 1 ? 1 : -1) + grid->size[which / 2]) % grid->size[which / 2];
     for (int i = 0; i < 6; i++) {
         int64_t beside = pv_grid_beside(grid, at, i);
         alike += beside != c->voxel && is_there(grid, beside) &&
-                 are_like(bank, grid->class[measured], grid->class[beside]);
+                 are_like(c, which / 2, grid->class[measured], grid->class[beside]);
     }
     return alike < COMPANY ? 1 + 2 * (COMPANY - alike) : 1;
 }
 
-/* How the statistics of the whole look upon a class here, and the measured voxels beside it. */
+/* How the statistics of the whole look upon a class here, and the measured voxels beside it. A label that none of the
+ * neighbours has would be a speck. */
 static int64_t steered(const choice *c, int64_t cost, uint8_t class)
 {
-    static const int32_t lag[PV_LAGS] = { 1, PV_FAR };
     const pv_control *control = c->s->control;
     const pv_grid *grid = c->s->grid;
+    int alike = 0, others = 0;
     if (!control)
         return cost;
     cost = cost * control->class_factor[class] >> 8;
-    for (int l = 0; l < pv_grid_lags(grid) && l < c->s->steps; l++) {
+    for (int l = 0; l < pv_grid_lags(grid) && c->s->steps; l++) {
         int64_t sum = 0, count = 0;
         for (int i = 0; i < 6; i++) {
-            int64_t other = pv_grid_towards(grid, c->at, i, lag[l]);
-            if (!is_there(grid, other))
+            int64_t other = c->beside[l][i];
+            if (other < 0)
                 continue;
             if (l == 0 && grid->state[other] == PAVE_VOXEL_MEASURED)
                 cost *= loneliness(c, other, i, class);
-            sum += control->step_factor[l][c->s->bank[i / 2]->step_bin[l][abs(class - grid->class[other])]];
+            alike += l == 0 && grid->class[other] == class;
+            others += l == 0;
+            sum += control->step_factor[i / 2][l][c->s->step[i / 2][l].bin[abs(class - grid->class[other])]];
             count++;
         }
         cost = count ? cost * sum / (256 * count) : cost;
     }
-    return cost;
+    return c->s->labels && others > 3 && !alike ? 2 * cost : cost;
 }
 
 typedef struct option {
@@ -318,14 +329,13 @@ static const option *draw_option(const choice *c, option options[], int count)
 
 static void count_steps(const choice *c, int class, int by)
 {
-    static const int32_t lag[PV_LAGS] = { 1, PV_FAR };
     const pv_grid *grid = c->s->grid;
     /* The paper's mode holds no steps, and what it does together lies apart by its window only. */
     for (int l = 0; l < pv_grid_lags(grid) && !c->s->paper; l++)
         for (int i = 0; i < 6; i++) {
-            int64_t other = pv_grid_towards(grid, c->at, i, lag[l]);
-            if (is_there(grid, other) && other != c->voxel)
-                c->scratch->tally.steps[l][c->s->bank[i / 2]->step_bin[l][abs(class - grid->class[other])]] += by;
+            int64_t other = c->beside[l][i];
+            if (other >= 0 && other != c->voxel)
+                c->scratch->tally.steps[i / 2][l][c->s->step[i / 2][l].bin[abs(class - grid->class[other])]] += by;
         }
 }
 
@@ -342,14 +352,16 @@ static void store(const choice *c, const uint8_t *feature, int class, const int3
             tally->uses[p][source[p]]++;
         grid->source[p][c->voxel] = source[p];
     }
-    if (c->forced || (was && grid->class[c->voxel] == class && c->s->grid->features == 1))
+    if (c->forced)
         return;
-    if (was) {
-        count_steps(c, grid->class[c->voxel], -1);
-        tally->classes[grid->class[c->voxel]]--;
+    if (!was || grid->class[c->voxel] != class) {
+        if (was) {
+            count_steps(c, grid->class[c->voxel], -1);
+            tally->classes[grid->class[c->voxel]]--;
+        }
+        count_steps(c, class, 1);
+        tally->classes[class]++;
     }
-    count_steps(c, class, 1);
-    tally->classes[class]++;
     grid->class[c->voxel] = (uint8_t)class;
     memcpy(grid->feature + c->voxel * grid->features, feature, (size_t)grid->features);
     grid->state[c->voxel] = PAVE_VOXEL_FILLED;
@@ -370,6 +382,7 @@ static void sample_planes(choice *c)
         store(c, NULL, 0, source);
         return;
     }
+    look_beside(c);
     int count = list_options(c, options);
     const option *drawn = draw_option(c, options, count);
     store(c, drawn->feature, drawn->class, drawn->source);

@@ -6,16 +6,17 @@
 /* What steers the statistics of the whole: how full each class, each kind of step between neighbours and each position
  * of the samples is against what it should be. The factors are frozen while voxels are made, and counted anew after. */
 typedef struct pv_control {
-    int64_t classes[PV_CLASSES], steps[PV_LAGS][PV_STEPS];
+    int64_t classes[PV_CLASSES], steps[3][PV_LAGS][PV_STEPS]; /* along each axis */
     uint32_t class_factor[PV_CLASSES]; /* 1/256 */
-    uint32_t step_factor[PV_LAGS][PV_STEPS];
+    uint32_t step_factor[3][PV_LAGS][PV_STEPS];
+    double push[3][PV_LAGS][PV_STEPS]; /* by how much the steps' factors have grown */
     int32_t *uses[PV_PLANES];          /* [position]; planes with the same bank share them */
     uint16_t *use_factor[PV_PLANES];   /* [position], 1/256 */
 } pv_control;
 
 /* Changes that one worker makes to the counts. */
 typedef struct pv_tally {
-    int64_t classes[PV_CLASSES], steps[PV_LAGS][PV_STEPS];
+    int64_t classes[PV_CLASSES], steps[3][PV_LAGS][PV_STEPS];
     int32_t *uses[PV_PLANES];
 } pv_tally;
 
@@ -28,8 +29,10 @@ typedef struct pv_sampler {
     int32_t temperature; /* epsilon, 1/256 */
     int32_t agree;       /* mu, 1/256: how much the value counts against the neighbourhood */
     int32_t paper;       /* exhaustive, in one plane */
+    int32_t labels;      /* classes are labels */
     pv_distances *distances;
-    int32_t steps;       /* so many histograms of steps count */
+    int32_t steps;       /* the histograms of steps count */
+    const pv_steps (*step)[PV_LAGS]; /* along each axis */
 } pv_sampler;
 
 /* Room for one worker. */

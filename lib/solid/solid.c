@@ -29,7 +29,7 @@ static const pv_param solid_rows[] = {
     PV_REAL(pave_solid_params, sigma, "windows", 0.05, 10, "paper: deviation of the window's Gaussian"),
     PV_INTEGER(pave_solid_params, levels, "", 0, PV_MOST_LEVELS, "best: levels of the pyramid; 0: by the sample"),
     PV_FLAG(pave_solid_params, periodic, "opposite sides fit"),
-    PV_FLAG(pave_solid_params, match, "best, fast: meet the sample's histogram; one channel [1]"),
+    PV_CHOICE(pave_solid_params, match, "free|exact", "best, fast: the sample's histogram, near it or to the voxel"),
     PV_FLAG(pave_solid_params, cells, "keep the cells of the flood in every mode"),
 };
 
@@ -210,7 +210,7 @@ static pave_result make_bank(making *m, int transposed, int alike, double sigma)
 
 static pv_sampler sampler_of(making *m)
 {
-    pv_sampler s = { .grid = &m->grid, .seed = m->params.seed };
+    pv_sampler s = { .grid = &m->grid, .seed = m->params.seed, .labels = m->palette.labels };
     s.agree = m->palette.labels ? LABELS_AGREE : recipes[0].agree;
     for (int p = 0; p < PV_PLANES; p++)
         s.bank[p] = &m->bank[m->samples == 1 ? 0 : p];
@@ -230,8 +230,7 @@ static pave_result grow_as_paper(making *m)
     result = pv_work_begin(m->context, &s, &work);
     if (!result)
         result = pv_work_flood(&work, &m->flood, 0, 1);
-    pv_work_end(&work);
-    return result;
+    return pv_work_end(&work, result);
 }
 
 /* Three planes at once in the order of the flood, then passes over all. */
@@ -250,11 +249,10 @@ static pave_result grow_fast(making *m)
         pv_work_count(&work);
     if (!result)
         result = pv_work_flood(&work, &m->flood, 0, 1.0 / (1 + PASSES));
-    work.sampler.steps = m->samples == 1 ? PV_LAGS : 1;
+    work.sampler.steps = 1;
     for (int i = 1; i <= PASSES && !result; i++)
         result = pv_work_pass(&work, (double)i / (1 + PASSES), (i + 1.0) / (1 + PASSES));
-    pv_work_end(&work);
-    return result;
+    return pv_work_end(&work, result);
 }
 
 static pave_result grow_best(making *m)
@@ -270,6 +268,8 @@ static pave_result grow(making *m)
     pave_result result = PAVE_OK;
     if (m->params.mode != PAVE_SOLID_BEST || m->params.cells)
         result = pv_flood_create(m->context, &m->grid, m->params.seeds, m->params.seed, &m->flood);
+    if (!result)
+        result = pv_grid_open_sources(m->context, &m->grid);
     if (result)
         return result;
     switch (m->params.mode) {
@@ -310,6 +310,35 @@ static void store_source(making *m, int64_t voxel)
     store_texel(m, voxel, best, g->source[best][voxel]);
 }
 
+static int64_t count_uses(const making *m, int p, int64_t *uses)
+{
+    int64_t all = 0;
+    for (int64_t i = 0; i < m->grid.voxels; i++)
+        if (m->grid.state[i] == PAVE_VOXEL_FILLED && m->grid.source[p][i] >= 0)
+            uses[m->grid.source[p][i]]++, all++;
+    return all;
+}
+
+/* How evenly the sample's places are used: the entropy of their uses, of the greatest that there can be. */
+static pave_result measure_use(making *m)
+{
+    pave_result result = PAVE_OK;
+    const pv_windows *bank = &m->bank[0];
+    double entropy = 0;
+    int64_t all = 0;
+    int64_t *uses = pv_allocate_zeroed(m->context, (size_t)bank->positions, sizeof *uses, &result);
+    for (int p = 0; p < PV_PLANES && uses; p++)
+        if (p == 0 || m->samples == 1)
+            all += count_uses(m, p, uses);
+    for (int32_t i = 0; i < bank->positions && uses; i++)
+        if (uses[i])
+            entropy -= (double)uses[i] / (double)all * log((double)uses[i] / (double)all);
+    pv_release(uses);
+    if (all > 1)
+        m->volume->use = entropy / log(fmin((double)all, bank->inner_count));
+    return result;
+}
+
 static int ascending(const void *a, const void *b)
 {
     double x = *(const double *)a, y = *(const double *)b;
@@ -345,6 +374,8 @@ static pave_result store_matched(making *m)
 static pave_result store_values(making *m)
 {
     pave_result result = PAVE_OK;
+    pv_release(m->flood.order);
+    m->flood.order = NULL;
     if (m->params.match && m->params.mode != PAVE_SOLID_PAPER && m->palette.channels == 1)
         result = store_matched(m);
     else
@@ -355,8 +386,14 @@ static pave_result store_values(making *m)
     m->volume->cells = m->flood.cells;
     m->volume->seeds = m->flood.seeds;
     m->volume->params = m->params;
+    m->volume->params.levels = m->params.mode == PAVE_SOLID_BEST ? m->pyramid.levels : 1;
+    m->volume->labels = m->palette.labels;
+    m->volume->samples = m->samples;
     m->flood.cells = NULL;
-    return result;
+    if (!result)
+        result = measure_use(m);
+    return result ? result : pv_domain_check(m->context, &m->input, &m->palette, m->volume,
+                                             &m->volume->constraint_error);
 }
 
 static void clean_up(making *m)

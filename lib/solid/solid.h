@@ -16,6 +16,8 @@ struct pave_volume {
     int32_t seeds;
     /* what made it, for the report; mode -1: handed in */
     pave_solid_params params;
+    int32_t labels, samples;
+    double use, constraint_error; /* see pave_solid_measure; NaN */
     char shape[96];
 };
 

@@ -56,6 +56,7 @@ pave_result pv_volume_new(pave_context *context, const pave_volume_params *given
     volume->spacing = p.spacing;
     memcpy(volume->origin, p.origin, sizeof volume->origin);
     volume->params.mode = -1;
+    volume->use = volume->constraint_error = NAN;
     size_t n = (size_t)p.width * (size_t)p.height * (size_t)p.depth;
     volume->values = pv_allocate(context, n, (size_t)p.channels * pv_type_bytes(p.type), &result);
     if (!result)
@@ -199,9 +200,24 @@ int32_t pave_volume_sample(const pave_volume *volume, double x, double y, double
     return sum > 0 || other >= 0;
 }
 
-/* An image of the size of the cut, and where its pixels lie in the volume. */
-static pave_result begin_slice(pave_context *context, const pave_volume *volume, int32_t axis, int32_t index,
-                               int32_t channels, int32_t type, pave_image **out, int64_t step[3])
+/* Makes a pixel of a voxel. */
+typedef void pixel_maker(const pave_volume *volume, int64_t voxel, uint8_t *pixel);
+
+static void take_values(const pave_volume *volume, int64_t voxel, uint8_t *pixel)
+{
+    size_t bytes = (size_t)volume->channels * pv_type_bytes(volume->type);
+    memcpy(pixel, volume->values + (size_t)voxel * bytes, bytes);
+}
+
+static void take_cell(const pave_volume *volume, int64_t voxel, uint8_t *pixel)
+{
+    int32_t cell = volume->cells[voxel];
+    *pixel = (uint8_t)(cell < 0 ? 0 : 40 + (uint32_t)cell * 89u % 216u);
+}
+
+/* The voxels of a plane, each as such a pixel. */
+static pave_result make_slice(pave_context *context, const pave_volume *volume, int32_t axis, int32_t index,
+                              int32_t channels, int32_t type, pixel_maker *maker, pave_image **out)
 {
     pave_image_params shape = PAVE_IMAGE_PARAMS_INIT;
     if (axis < 0 || axis > 2 || index < 0 || index >= volume->size[axis])
@@ -212,49 +228,34 @@ static pave_result begin_slice(pave_context *context, const pave_volume *volume,
     shape.height = volume->size[v];
     shape.channels = channels;
     shape.type = type;
-    step[0] = along[axis] * index;
-    step[1] = along[u];
-    step[2] = along[v];
-    return pv_image_new(context, &shape, out);
+    pave_result result = pv_image_new(context, &shape, out);
+    if (result)
+        return result;
+    uint8_t *to = (*out)->pixels;
+    for (int64_t y = 0; y < shape.height; y++)
+        for (int64_t x = 0; x < shape.width; x++, to += (size_t)channels * pv_type_bytes(type))
+            maker(volume, along[axis] * index + x * along[u] + y * along[v], to);
+    return PAVE_OK;
 }
 
 pave_result pave_volume_slice(pave_context *context, const pave_volume *volume, int32_t axis, int32_t index,
                               pave_image **out)
 {
-    int64_t step[3];
     if (out)
         *out = NULL;
     if (!context || !volume || !out)
         return PAVE_ERR_ARGUMENT;
-    pave_result result = begin_slice(context, volume, axis, index, volume->channels, volume->type, out, step);
-    if (result)
-        return result;
-    size_t bytes = (size_t)volume->channels * pv_type_bytes(volume->type);
-    uint8_t *to = (*out)->pixels;
-    for (int64_t y = 0; y < (*out)->height; y++)
-        for (int64_t x = 0; x < (*out)->width; x++, to += bytes)
-            memcpy(to, volume->values + (size_t)(step[0] + x * step[1] + y * step[2]) * bytes, bytes);
-    return PAVE_OK;
+    return make_slice(context, volume, axis, index, volume->channels, volume->type, take_values, out);
 }
 
 pave_result pave_volume_slice_cells(pave_context *context, const pave_volume *volume, int32_t axis, int32_t index,
                                     pave_image **out)
 {
-    int64_t step[3];
     if (out)
         *out = NULL;
     if (!context || !volume || !out)
         return PAVE_ERR_ARGUMENT;
     if (!volume->cells)
         return pv_fail(context, PAVE_ERR_ARGUMENT, "this volume was made without cells");
-    pave_result result = begin_slice(context, volume, axis, index, 1, PAVE_U8, out, step);
-    if (result)
-        return result;
-    uint8_t *to = (*out)->pixels;
-    for (int64_t y = 0; y < (*out)->height; y++)
-        for (int64_t x = 0; x < (*out)->width; x++) {
-            int32_t cell = volume->cells[step[0] + x * step[1] + y * step[2]];
-            *to++ = (uint8_t)(cell < 0 ? 0 : 40 + (uint32_t)cell * 89u % 216u);
-        }
-    return PAVE_OK;
+    return make_slice(context, volume, axis, index, 1, PAVE_U8, take_cell, out);
 }

@@ -137,3 +137,14 @@ size_t pv_parse_millionths(const char *text, size_t size, int64_t *out)
     *out = *text == '-' ? -v : v;
     return at;
 }
+
+int pv_text_ends_with(const char *text, const char *ending)
+{
+    size_t length = strlen(text), n = strlen(ending);
+    if (length < n)
+        return 0;
+    for (text += length - n; *text; text++, ending++)
+        if ((*text >= 'A' && *text <= 'Z' ? *text + 32 : *text) != *ending)
+            return 0;
+    return 1;
+}

@@ -20,3 +20,6 @@ int pv_parse_bytes(const char *text, double *out);
 /* A decimal number ("-12.5e-1") at the beginning of the text as a whole number of 1/1000000, rounded half away from 0.
  * Returns how long it is; 0 if there is none, or if it is beyond 2^40. */
 size_t pv_parse_millionths(const char *text, size_t size, int64_t *out);
+
+/* Of an ending in small letters. Case does not matter, and neither does what the locale says about it. */
+int pv_text_ends_with(const char *text, const char *ending);

@@ -92,6 +92,41 @@ static void threads_do_not_matter(void **state)
     }
 }
 
+/* The compute shaders, where there is a device: every mode, measurements, colours, layers, a period. */
+static void a_device_makes_the_same(void **state)
+{
+    (void)state;
+    if (SANITIZED)
+        skip(); /* drivers leak, and lock as they like */
+    for (int k = 0; k < 6; k++) {
+        uint64_t hash[2];
+        for (int device = 0; device < 2; device++) {
+            pave_context *c = make_context(2, device ? PAVE_BACKEND_VULKAN_COMPUTE : PAVE_BACKEND_CPU);
+            pave_image *sample = make_sample(c, k == 3 ? 3 : 1, k == 4 ? PAVE_U16 : PAVE_U8);
+            pave_solid_params p = small(k < 3 ? k : PAVE_SOLID_BEST);
+            const double points[] = { 3, 4, 5, 6, 7, 2 }, values[] = { 255, 160 };
+            pave_solid_input in = PAVE_SOLID_INPUT_INIT;
+            pave_volume *v = NULL;
+            p.width = 9, p.height = 8, p.depth = 7;
+            p.periodic = k == 5;
+            in.point_count = k < 3 ? 2 : 0, in.points = points, in.point_values = values;
+            in.exemplar[0] = sample;
+            in.exemplar[1] = in.exemplar[2] = k == 4 ? sample : NULL;
+            pave_result result = pave_solid_create(c, &in, &p, &v);
+            if (device && (result == PAVE_ERR_DEVICE || result == PAVE_ERR_UNSUPPORTED)) {
+                print_message("skipped: %s\n", pave_context_message(c));
+                k = 6;
+            } else
+                assert_ok(result);
+            hash[device] = v ? hash_volume(v) : hash[0];
+            pave_volume_free(&v);
+            pave_image_free(&sample);
+            pave_context_free(&c);
+        }
+        assert_true(hash[0] == hash[1]);
+    }
+}
+
 static void windows_of_equal_distance_agree(void **state)
 {
     pave_context *context = *state;
@@ -647,6 +682,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(threads_do_not_matter),
+        cmocka_unit_test(a_device_makes_the_same),
         cmocka_unit_test(windows_of_equal_distance_agree),
         cmocka_unit_test(a_flood_keeps_its_order),
         cmocka_unit_test(measurements_are_kept),
