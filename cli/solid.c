@@ -10,10 +10,10 @@
 enum { MOST_SLICES = 16, MOST_CHANNELS = 8, LINE = 1024 };
 
 /* The verb's own options. */
-enum { SIZE, MESH, MEASURED, SLICE, PARTIAL, STATES, SLICES, SURFACE, CELLS, NAMED };
+enum { SIZE, MESH, MEASURED, SLICE, PARTIAL, STATES, SLICES, SURFACE, CELLS, CELL_VOLUME, NAMED };
 
 typedef struct solid_options {
-    const char *size, *mesh, *measured, *partial, *states, *slices, *surface, *cells;
+    const char *size, *mesh, *measured, *partial, *states, *slices, *surface, *cells, *cell_volume;
     const char *const *slice;
     int slice_count;
 } solid_options;
@@ -208,6 +208,30 @@ static pave_result write_slices(const solid_work *w, const char *prefix, int cel
     return result;
 }
 
+/* The number of each voxel's cell, from 1; 0 outside. */
+static pave_result write_cells(const solid_work *w, const char *path)
+{
+    pave_volume_params p = PAVE_VOLUME_PARAMS_INIT;
+    pave_volume *numbers = NULL;
+    const int32_t *cells = pave_volume_cells(w->volume);
+    p.width = pave_volume_width(w->volume);
+    p.height = pave_volume_height(w->volume);
+    p.depth = pave_volume_depth(w->volume);
+    p.type = PAVE_F32;
+    p.spacing = pave_volume_spacing(w->volume);
+    memcpy(p.origin, pave_volume_origin(w->volume), sizeof p.origin);
+    size_t count = (size_t)p.width * (size_t)p.height * (size_t)p.depth;
+    float *values = calloc(count, sizeof *values);
+    for (size_t i = 0; values && i < count; i++)
+        values[i] = (float)(cells[i] + 1);
+    pave_result result = values ? pave_volume_create(w->context, &p, values, NULL, &numbers) : PAVE_ERR_MEMORY;
+    if (!result)
+        result = pave_volume_write(w->context, numbers, path, NULL);
+    pave_volume_free(&numbers);
+    free(values);
+    return result;
+}
+
 static pave_result write_outputs(const solid_work *w)
 {
     const solid_options *o = w->options;
@@ -218,6 +242,8 @@ static pave_result write_outputs(const solid_work *w)
         result = write_slices(w, o->slices, 0);
     if (!result && o->cells)
         result = write_slices(w, o->cells, 1);
+    if (!result && o->cell_volume)
+        result = write_cells(w, o->cell_volume);
     if (!result && o->surface)
         result = pave_surface_write(w->context, w->mesh, w->volume, o->surface);
     return result;
@@ -272,7 +298,12 @@ static int check(const cli_command *command, const solid_options *o)
             complain(command, "%s: a volume is written as .nrrd, .nrrd.gz, .vti, .raw or .tif", command->output[i]);
             return EXIT_USAGE;
         }
-    if (!command->output_count && !command->wants_json && !o->slices && !o->surface && !o->cells)
+    if (o->cell_volume && !pave_volume_format(o->cell_volume)) {
+        complain(command, "%s: a volume is written as .nrrd, .nrrd.gz, .vti, .raw or .tif", o->cell_volume);
+        return EXIT_USAGE;
+    }
+    if (!command->output_count && !command->wants_json && !o->slices && !o->surface && !o->cells &&
+        !o->cell_volume)
         complain(command, "where to? give -o FILE.nrrd, --slices NAME, --surface FILE.ply or --json");
     else if (o->surface && !o->mesh)
         complain(command, "--surface needs a --mesh");
@@ -299,6 +330,8 @@ int solid_main(int argc, char **argv)
         [STATES] = { .usage = "states FILE", .help = "what of it: 0 outside, 1 free, 2 measured", .most = 1 },
         [SLICES] = { .usage = "slices NAME", .help = "write the three middle cuts, NAME-x.png ...", .most = 1 },
         [SURFACE] = { .usage = "surface FILE.ply", .help = "write the mesh with colours from the volume", .most = 1 },
+        [CELL_VOLUME] = { .usage = "cells-volume FILE", .help = "write the number of each voxel's cell, 0 outside",
+                          .most = 1 },
         [CELLS] = { .usage = "cells-slices NAME", .help = "write the same cuts of the flood's cells", .most = 1 },
     };
     const cli_group groups[] = {
@@ -324,13 +357,13 @@ int solid_main(int argc, char **argv)
     const solid_options o = {
         named[SIZE].value[0], named[MESH].value[0], named[MEASURED].value[0], named[PARTIAL].value[0],
         named[STATES].value[0], named[SLICES].value[0], named[SURFACE].value[0], named[CELLS].value[0],
-        named[SLICE].value, named[SLICE].count,
+        named[CELL_VOLUME].value[0], named[SLICE].value, named[SLICE].count,
     };
     if (!status)
         status = check(&command, &o);
     if (status)
         return status < 0 ? EXIT_FINE : status;
-    solid.cells = solid.cells || o.cells;
+    solid.cells = solid.cells || o.cells || o.cell_volume;
     solid_work w = { .command = &command, .options = &o, .params = &solid };
     w.context = start(&command, &params);
     if (!w.context)
