@@ -254,7 +254,9 @@ PAVE_API void pave_btf_view_params_init(pave_btf_view_params *params, size_t siz
 
 /* A picture of the material on a plane, or on a cylinder or sphere about the upright axis y, in linear light, with an
  * alpha channel. `environment`, a picture of all directions (latitude by longitude, +y up, its middle towards +z),
- * takes the lamp's place; NULL: the lamp. Cost: 36 lookups a sample, and for an environment three for each light. */
+ * takes the lamp's place; NULL: the lamp. Cost: 36 lookups a sample, and for an environment three for each light. With
+ * a Vulkan backend the device adds them up, the same but for rounding: of factored BTFs of up to three channels,
+ * PAVE_ERR_UNSUPPORTED for others. */
 PAVE_API pave_result pave_btf_view(pave_context *context, const pave_btf *btf, const pave_image *environment,
                                    const pave_btf_view_params *params, pave_image **out);
 

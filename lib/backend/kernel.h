@@ -5,7 +5,7 @@
 
 typedef struct pv_kernel pv_kernel;
 
-enum { PV_KERNEL_MATCH, PV_KERNEL_VOXELS, PV_KERNEL_EXHAUST, PV_KERNELS };
+enum { PV_KERNEL_MATCH, PV_KERNEL_VOXELS, PV_KERNEL_EXHAUST, PV_KERNEL_BLEND, PV_KERNELS };
 enum { PV_KERNEL_BUFFERS = 12, PV_KERNEL_CONSTANTS = 4 };
 
 typedef struct pv_kernel_params {

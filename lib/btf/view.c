@@ -2,15 +2,16 @@
 #include "btf/btf.h"
 
 #include "base/parallel.h"
+#include "btf/blend.h"
+#include "btf/sky.h"
 #include "image/image.h"
-#include "util/light.h"
 
 #include <math.h>
 #include <string.h>
 
 static const double pi = 3.14159265358979323846;
 
-enum { SKY = 64 };
+enum { BATCH = 1 << 20 }; /* terms that a device gets at a time */
 
 static const pave_btf_view_params default_params = PAVE_BTF_VIEW_PARAMS_INIT;
 
@@ -33,12 +34,6 @@ void pave_btf_view_params_init(pave_btf_view_params *params, size_t size)
     pv_params_init(&pv_btf_view_table, params, size);
 }
 
-/* Light from all around, coarse: [SKY / 2][SKY][channel], the zenith (y) first. */
-typedef struct sky {
-    double *radiance;
-    double *share; /* of the hemisphere that each light direction stands for, steradian */
-} sky;
-
 typedef struct camera {
     double right[3], up[3], toward[3];
 } camera;
@@ -48,7 +43,7 @@ typedef struct scene {
     pave_btf_view_params params;
     camera camera;
     double lamp[3];
-    const sky *sky; /* NULL: the lamp alone */
+    const pv_sky *sky; /* NULL: the lamp alone */
     double gain;
     float *pixels;
 } scene;
@@ -139,44 +134,50 @@ static pave_direction local(const spot *p, const double v[3])
     return pv_vector_direction(in);
 }
 
-/* Between the middles of four cells, around the horizon and up to the poles. */
-static void look_up(const sky *around, int32_t channels, const double d[3], double *out)
+/* Where samples of the BTF go that a pixel is made of, each with what its channels count: into its sum, or to the
+ * terms that a device adds up. */
+typedef struct receiver {
+    const pave_btf *btf;
+    double sum[PV_BTF_CHANNELS];
+    pv_term *terms; /* NULL: the sum */
+    int32_t count;
+} receiver;
+
+static void receive(receiver *r, int64_t texel, int64_t pair, const double *weight)
 {
-    double y = acos(fmin(fmax(d[1], -1), 1)) / pi * (SKY / 2) - 0.5;
-    double x = (atan2(d[0], d[2]) / pi + 1) / 2 * SKY - 0.5, fx = x - floor(x), fy = y - floor(y);
-    int32_t x0 = ((int32_t)floor(x) + SKY) % SKY, x1 = (x0 + 1) % SKY;
-    int32_t y0 = y < 0 ? 0 : (int32_t)y, y1 = (int32_t)floor(y) + 1;
-    y1 = y1 < SKY / 2 ? y1 : SKY / 2 - 1;
-    const double *a = around->radiance + (int64_t)y0 * SKY * channels;
-    const double *b = around->radiance + (int64_t)y1 * SKY * channels;
-    for (int32_t c = 0; c < channels; c++) {
-        double above = (1 - fx) * a[x0 * channels + c] + fx * a[x1 * channels + c];
-        double below = (1 - fx) * b[x0 * channels + c] + fx * b[x1 * channels + c];
-        out[c] = (1 - fy) * above + fy * below;
+    float values[PV_BTF_CHANNELS];
+    if (r->terms) {
+        pv_term *term = &r->terms[r->count++];
+        *term = (pv_term){ (int32_t)texel, (int32_t)pair, { 0 } };
+        for (int32_t c = 0; c < r->btf->channels; c++)
+            term->weight[c] = (float)weight[c];
+        return;
     }
+    pv_btf_sample(r->btf, texel, pair, values);
+    for (int32_t c = 0; c < r->btf->channels; c++)
+        r->sum[c] += weight[c] * values[c];
 }
 
-static void add_sky(const scene *s, const spot *p, pave_direction view, int64_t texel, double *sum)
+static void add_sky(const scene *s, const spot *p, pave_direction view, int64_t texel, receiver *to)
 {
     const pave_btf *btf = s->btf;
     int32_t views[3];
     double of_view[3];
     pv_directions_weigh(&btf->views, view, views, of_view);
-    float values[PV_BTF_CHANNELS];
     for (int32_t l = 0; l < btf->lights.count; l++) {
         double in[3], out[3];
         pv_direction_vector(btf->lights.direction[l], in);
         for (int i = 0; i < 3; i++)
             out[i] = in[0] * p->tangent[i] + in[1] * p->across[i] + in[2] * p->normal[i];
-        double radiance[PV_BTF_CHANNELS];
-        look_up(s->sky, btf->channels, out, radiance);
+        double radiance[PV_BTF_CHANNELS], weight[PV_BTF_CHANNELS];
+        pv_sky_look(s->sky, out, radiance);
         for (int32_t k = 0; k < 3; k++) {
             double w = of_view[k] * s->sky->share[l] * (btf->cosine ? 1 : in[2]);
             if (w == 0)
                 continue;
-            pv_btf_sample(btf, texel, (int64_t)views[k] * btf->lights.count + l, values);
             for (int32_t c = 0; c < btf->channels; c++)
-                sum[c] += w * values[c] * radiance[c];
+                weight[c] = w * radiance[c];
+            receive(to, texel, (int64_t)views[k] * btf->lights.count + l, weight);
         }
     }
 }
@@ -188,8 +189,20 @@ static int64_t texel_at(const pave_btf *btf, int64_t x, int64_t y)
     return (y < 0 ? y + btf->height : y) * btf->width + (x < 0 ? x + btf->width : x);
 }
 
+static void add_lamp(const pave_btf *btf, const pv_mix *mix, double share, int64_t texel, receiver *to)
+{
+    double weight[PV_BTF_CHANNELS];
+    for (int32_t i = 0; i < 9; i++) {
+        if (mix->weight[i] == 0)
+            continue;
+        for (int32_t c = 0; c < btf->channels; c++)
+            weight[c] = share * mix->weight[i];
+        receive(to, texel, mix->pair[i], weight);
+    }
+}
+
 /* The four texels about a spot. A sky is mixed at the nearest one only: it costs fifty times as much. */
-static void shade(const scene *s, const spot *p, double *sum)
+static void shade(const scene *s, const spot *p, receiver *to)
 {
     const pave_btf *btf = s->btf;
     pave_direction view = local(p, s->camera.toward), light = local(p, s->lamp);
@@ -200,21 +213,20 @@ static void shade(const scene *s, const spot *p, double *sum)
     if (view.theta >= pi / 2 || (!s->sky && light.theta >= pi / 2))
         return;
     if (s->sky) {
-        add_sky(s, p, view, texel_at(btf, ix + (fx >= 0.5), iy + (fy >= 0.5)), sum);
+        add_sky(s, p, view, texel_at(btf, ix + (fx >= 0.5), iy + (fy >= 0.5)), to);
         return;
     }
     pv_btf_mix(btf, view, light, &mix);
     for (int32_t k = 0; k < 4; k++) {
-        double weight = (k % 2 ? fx : 1 - fx) * (k / 2 ? fy : 1 - fy) * (btf->cosine ? 1 : cos((double)light.theta));
-        pv_btf_add(btf, texel_at(btf, ix + k % 2, iy + k / 2), &mix, weight, sum);
+        double share = (k % 2 ? fx : 1 - fx) * (k / 2 ? fy : 1 - fy) * (btf->cosine ? 1 : cos((double)light.theta));
+        add_lamp(btf, &mix, share, texel_at(btf, ix + k % 2, iy + k / 2), to);
     }
 }
 
-static void draw_pixel(const scene *s, int32_t px, int32_t py, float *out)
+/* Shades all samples of a pixel; tells how many lie on the shape. */
+static int32_t cover(const scene *s, int32_t px, int32_t py, receiver *to)
 {
-    int32_t side = s->params.side, samples = s->params.samples, channels = s->btf->channels;
-    double sum[PV_BTF_CHANNELS] = { 0 };
-    int32_t covered = 0;
+    int32_t side = s->params.side, samples = s->params.samples, covered = 0;
     for (int32_t k = 0; k < samples * samples; k++) {
         double x = 1.05 * (2 * (px + (k % samples + 0.5) / samples) / side - 1);
         double y = 1.05 * (1 - 2 * (py + (k / samples + 0.5) / samples) / side);
@@ -222,8 +234,15 @@ static void draw_pixel(const scene *s, int32_t px, int32_t py, float *out)
         if (!hit_shape(s, x, y, &p))
             continue;
         covered++;
-        shade(s, &p, sum);
+        shade(s, &p, to);
     }
+    return covered;
+}
+
+static void set_pixel(const scene *s, int64_t pixel, int32_t covered, const double *sum)
+{
+    int32_t channels = s->btf->channels, samples = s->params.samples;
+    float *out = s->pixels + pixel * (channels + 1);
     for (int32_t c = 0; c < channels; c++)
         out[c] = covered ? (float)(sum[c] * s->gain / covered) : 0;
     out[channels] = (float)covered / (float)(samples * samples);
@@ -233,59 +252,102 @@ static void draw_row(void *data, int32_t y, int32_t worker)
 {
     (void)worker;
     const scene *s = data;
-    size_t each = (size_t)s->btf->channels + 1;
-    for (int32_t x = 0; x < s->params.side; x++)
-        draw_pixel(s, x, y, s->pixels + ((size_t)y * (size_t)s->params.side + (size_t)x) * each);
+    for (int32_t x = 0; x < s->params.side; x++) {
+        receiver to = { .btf = s->btf };
+        int32_t covered = cover(s, x, y, &to);
+        set_pixel(s, (int64_t)y * s->params.side + x, covered, to.sum);
+    }
 }
 
-static double light_of(const pave_image *image, int32_t x, int32_t y, int32_t channel)
+/* Pixels that a device draws at a time. */
+typedef struct batch {
+    const scene *scene;
+    int64_t first;
+    int32_t pixels, most; /* terms of a pixel */
+    pv_term *terms;
+    int32_t *counts, *covered;
+    float *sums;
+} batch;
+
+static void list_pixel(void *data, int32_t index, int32_t worker)
 {
-    double value = pv_image_value(image, ((int64_t)y * image->width + x) * image->channels + channel);
-    return image->encoding == PAVE_DISPLAY ? pv_linear_light(value) : value;
+    (void)worker;
+    const batch *b = data;
+    int64_t pixel = b->first + index, side = b->scene->params.side;
+    receiver to = { .btf = b->scene->btf, .terms = b->terms + (int64_t)index * b->most };
+    b->covered[index] = cover(b->scene, (int32_t)(pixel % side), (int32_t)(pixel / side), &to);
+    b->counts[index] = to.count;
 }
 
-/* The mean light of a cell of the sky, at least one pixel of it. */
-static double mean_light(const pave_image *image, int32_t cell, int32_t channel)
+static pave_result draw_batch(pave_context *context, pv_blender *blender, const batch *b, int32_t count)
 {
-    int32_t w = image->width, h = image->height, column = cell % SKY, row = cell / SKY;
-    int32_t x0 = (int32_t)((int64_t)column * w / SKY), x1 = (int32_t)((int64_t)(column + 1) * w / SKY);
-    int32_t y0 = (int32_t)((int64_t)row * h * 2 / SKY), y1 = (int32_t)((int64_t)(row + 1) * h * 2 / SKY);
-    double sum = 0, count = 0;
-    x1 = x1 > x0 ? x1 : x0 + 1;
-    y1 = y1 > y0 ? y1 : y0 + 1;
-    for (int32_t y = y0; y < y1; y++)
-        for (int32_t x = x0; x < x1; x++, count++)
-            sum += light_of(image, x, y, channel);
-    return sum / count;
+    int64_t all = (int64_t)b->scene->params.side * b->scene->params.side;
+    double from = (double)b->first / (double)all, to = (double)(b->first + count) / (double)all;
+    pave_result result = pv_parallel(context, count, list_pixel, (void *)(uintptr_t)b, from, to);
+    if (!result)
+        result = pv_blender_run(blender, b->terms, b->counts, count, b->sums);
+    for (int32_t i = 0; i < count && !result; i++) {
+        const float *from_device = b->sums + PV_BLEND_CHANNELS * (int64_t)i;
+        double sum[PV_BLEND_CHANNELS] = { from_device[0], from_device[1], from_device[2] };
+        set_pixel(b->scene, b->first + i, b->covered[i], sum);
+    }
+    return result;
 }
 
-static pave_result open_sky(pave_context *context, const pave_btf *btf, const pave_image *image, sky *out)
+static pave_result make_batch(pave_context *context, const scene *s, batch *b)
 {
     pave_result result = PAVE_OK;
-    int32_t channels = btf->channels;
-    out->radiance = pv_allocate(context, SKY * SKY / 2, (size_t)channels * sizeof *out->radiance, &result);
+    int64_t samples = (int64_t)s->params.samples * s->params.samples, all = (int64_t)s->params.side * s->params.side;
+    int64_t most = samples * (s->sky ? 3 * (int64_t)s->btf->lights.count : 4 * 9);
+    int64_t pixels = BATCH / most < 1 ? 1 : BATCH / most < all ? BATCH / most : all;
+    *b = (batch){ .scene = s, .pixels = (int32_t)pixels, .most = (int32_t)most };
+    b->terms = pv_allocate(context, (size_t)pixels * (size_t)most, sizeof *b->terms, &result);
     if (!result)
-        out->share = pv_allocate(context, (size_t)btf->lights.count, sizeof *out->share, &result);
-    if (result)
-        return result;
-    for (int32_t i = 0; i < SKY * SKY / 2 * channels; i++) /* a grey sky lights all channels alike */
-        out->radiance[i] = mean_light(image, i / channels, image->channels >= channels ? i % channels : 0);
-    pv_directions_share(&btf->lights, out->share);
-    return PAVE_OK;
+        b->counts = pv_allocate(context, (size_t)pixels, sizeof *b->counts, &result);
+    if (!result)
+        b->covered = pv_allocate(context, (size_t)pixels, sizeof *b->covered, &result);
+    if (!result)
+        b->sums = pv_allocate(context, (size_t)pixels, PV_BLEND_CHANNELS * sizeof *b->sums, &result);
+    return result;
+}
+
+static pave_result draw_on_device(pave_context *context, const scene *s)
+{
+    batch b;
+    pv_blender *blender = NULL;
+    int64_t all = (int64_t)s->params.side * s->params.side;
+    pave_result result = make_batch(context, s, &b);
+    if (!result)
+        result = pv_blender_open(context, s->btf, b.pixels, b.most, &blender);
+    for (; b.first < all && !result; b.first += b.pixels)
+        result = draw_batch(context, blender, &b, (int32_t)(all - b.first < b.pixels ? all - b.first : b.pixels));
+    pv_blender_close(blender);
+    pv_release(b.terms);
+    pv_release(b.counts);
+    pv_release(b.covered);
+    pv_release(b.sums);
+    return result;
+}
+
+static pave_result draw(pave_context *context, const scene *s)
+{
+    int vulkan = context->backend == PAVE_BACKEND_VULKAN_COMPUTE || context->backend == PAVE_BACKEND_VULKAN_RASTER;
+    return vulkan ? draw_on_device(context, s)
+                  : pv_parallel(context, s->params.side, draw_row, (void *)(uintptr_t)s, 0, 1);
 }
 
 pave_result pave_btf_view(pave_context *context, const pave_btf *btf, const pave_image *environment,
                           const pave_btf_view_params *given, pave_image **out)
 {
     scene s = { .btf = btf };
-    sky around = { NULL, NULL };
+    pv_sky around = { NULL, NULL, 0 };
     if (out)
         *out = NULL;
     if (!context || !btf || !out)
         return PAVE_ERR_ARGUMENT;
     pave_result result = pv_params_read(context, &pv_btf_view_table, given, &s.params);
     if (!result && environment)
-        result = open_sky(context, btf, environment, &around);
+        result = pv_sky_open(context, btf, environment, &around);
     if (!result)
         result = pv_btf_picture(context, btf, s.params.side, s.params.side, 1, out);
     if (!result) {
@@ -295,11 +357,10 @@ pave_result pave_btf_view(pave_context *context, const pave_btf *btf, const pave
         s.sky = environment ? &around : NULL;
         s.gain = pi * exp2(s.params.exposure);
         s.pixels = (*out)->pixels;
-        result = pv_parallel(context, s.params.side, draw_row, &s, 0, 1);
+        result = draw(context, &s);
         pv_call_end(context, call);
     }
-    pv_release(around.radiance);
-    pv_release(around.share);
+    pv_sky_close(&around);
     if (result)
         pave_image_free(out);
     return result;

@@ -564,6 +564,52 @@ static double pixel(const pave_image *image, int32_t x, int32_t y, int32_t c)
     return pv_image_value(image, ((int64_t)y * image->width + x) * image->channels + c);
 }
 
+static pave_result draw(pave_context *context, const pave_btf *btf, const pave_image *sky, pave_image **out)
+{
+    pave_btf_view_params params = PAVE_BTF_VIEW_PARAMS_INIT;
+    params.side = 20;
+    params.view_theta = 20;
+    return pave_btf_view(context, btf, sky, &params, out);
+}
+
+/* What a graphics device draws is what the processor draws, but for rounding. */
+static void a_device_draws_the_same(void **state)
+{
+    if (SANITIZED || !has_algebra(*state))
+        skip(); /* drivers leak, and lock as they like */
+    pave_context *device = make_context(2, PAVE_BACKEND_VULKAN_COMPUTE);
+    pave_image_params shape = PAVE_IMAGE_PARAMS_INIT;
+    uint8_t pixels[4 * 8 * 3];
+    pave_image *sky = NULL;
+    shape.width = 8, shape.height = 4, shape.channels = 3;
+    for (size_t i = 0; i < sizeof pixels; i++)
+        pixels[i] = (uint8_t)(i * 37);
+    assert_ok(pave_image_create(*state, &shape, pixels, &sky));
+    pave_btf *btf = synthesize(*state, params_of(PAVE_BTF_GRAVEL, 8)), *small = NULL;
+    pave_result result = PAVE_OK;
+    for (int k = 0; k < 4 && !result; k++) {
+        pave_btf_compress_params params = PAVE_BTF_COMPRESS_PARAMS_INIT;
+        pave_image *here = NULL, *there = NULL;
+        params.components = 12;
+        params.joint = k / 2;
+        assert_ok(pave_btf_compress(*state, btf, &params, &small));
+        assert_ok(draw(*state, small, k % 2 ? sky : NULL, &here));
+        result = draw(device, small, k % 2 ? sky : NULL, &there);
+        const float *a = here->pixels, *b = result ? a : there->pixels;
+        for (int32_t i = 0; i < 20 * 20 * 4; i++)
+            assert_true(fabs((double)a[i] - b[i]) <= 1e-5 * (1 + fabs((double)a[i])));
+        pave_image_free(&here);
+        pave_image_free(&there);
+        pave_btf_free(&small);
+    }
+    assert_true(!result || result == PAVE_ERR_DEVICE || result == PAVE_ERR_UNSUPPORTED);
+    print_message(result ? "skipped: %s\n" : "", pave_context_message(device));
+    pave_image_free(&sky);
+    assert_int_equal(draw(device, btf, NULL, &sky), PAVE_ERR_UNSUPPORTED); /* its samples are not factored */
+    pave_btf_free(&btf);
+    pave_context_free(&device);
+}
+
 /* A disc shows a view's samples where their lights are; a contact sheet its textures; a BTF differs not from itself. */
 static void sheets_show_the_samples(void **state)
 {
@@ -613,6 +659,7 @@ int main(void)
         cmocka_unit_test(damaged_files_are_refused),
         cmocka_unit_test(merging_is_the_svd_of_the_concatenation),
         cmocka_unit_test(diagnosis_finds_what_was_done),
+        cmocka_unit_test(a_device_draws_the_same),
         cmocka_unit_test(sheets_show_the_samples),
     };
     return cmocka_run_group_tests(tests, open_context, close_context);

@@ -2,6 +2,7 @@
 #include "backend/kernel.h"
 #include "backend/vulkan/vulkan.h"
 
+#include "shaders/blend.spv.h"
 #include "shaders/exhaust.spv.h"
 #include "shaders/match.spv.h"
 #include "shaders/voxels.spv.h"
@@ -17,6 +18,7 @@ static const struct { const uint32_t *words; size_t bytes; } shaders[PV_KERNELS]
     [PV_KERNEL_MATCH] = { pv_spirv_match, sizeof pv_spirv_match },
     [PV_KERNEL_VOXELS] = { pv_spirv_voxels, sizeof pv_spirv_voxels },
     [PV_KERNEL_EXHAUST] = { pv_spirv_exhaust, sizeof pv_spirv_exhaust },
+    [PV_KERNEL_BLEND] = { pv_spirv_blend, sizeof pv_spirv_blend },
 };
 
 struct pv_kernel {
