@@ -1,0 +1,19 @@
+/* Truncated singular value decompositions of matrices that may be larger than memory. */
+#pragma once
+
+#include "btf/algebra.h"
+#include "btf/btf.h"
+
+/* Some matrices of the same shape, read together, column by column. */
+typedef struct pv_columns {
+    int32_t planes; /* matrices, at most PV_BTF_CHANNELS */
+    int64_t rows, count;
+    void (*read)(void *user, int64_t column, int32_t worker, float *const *out); /* rows of each; any thread */
+    void *user;
+} pv_columns;
+
+/* Factors each: at most components[c], or as many as the relative `error` takes unless that is 0. */
+pave_result pv_factor(pave_context *context, const pv_algebra *algebra, const pv_columns *columns,
+                      const int32_t *components, double error, int32_t passes, pv_factors *out);
+
+void pv_factors_free(pv_factors *factors);
