@@ -48,7 +48,7 @@ int btf_info(int argc, char **argv)
 
 int btf_measure(int argc, char **argv)
 {
-    pave_btf_texels_params texels = PAVE_BTF_TEXELS_PARAMS_INIT;
+    pave_btf_measure_params texels = PAVE_BTF_MEASURE_PARAMS_INIT;
     pave_btf_difference difference = { .size = sizeof difference };
     pave_btf *btf[2] = { NULL, NULL };
     btf_job job = { .command = {
@@ -58,7 +58,7 @@ int btf_measure(int argc, char **argv)
         .json = "as JSON",
         .inputs = 2,
     } };
-    int status = btf_begin(&job, (cli_group){ "Comparison", PAVE_PARAMS_BTF_TEXELS, &texels }, argc, argv);
+    int status = btf_begin(&job, (cli_group){ "Comparison", PAVE_PARAMS_BTF_MEASURE, &texels }, argc, argv);
     for (int i = 0; i < 2 && !status; i++)
         status = btf_read(&job, i, 0.1 * i, 0.1 * (i + 1), &btf[i]);
     phase(0.2, 1);

@@ -40,7 +40,7 @@ static void read_texel(void *user, int64_t texel, int32_t worker, float *const *
     int32_t planes = pv_btf_planes(w->out);
     float *samples = w->texel + worker * 2 * length, *values = samples + length;
     pave_btf_abrdf(btf, (int32_t)(texel % btf->width), (int32_t)(texel / btf->width), samples);
-    pv_colour_encode(w->out->colour, btf->channels, samples, length / btf->channels, values);
+    pv_colour_encode(w->out->colour, PV_LEAST_LIGHT, btf->channels, samples, length / btf->channels, values);
     for (int32_t c = 0; c < planes; c++)
         for (int64_t r = 0; r < rows; r++)
             out[c][r] = values[r * planes + c];
@@ -77,21 +77,6 @@ static pave_result factor(pave_context *context, const pv_algebra *algebra, cons
     return result;
 }
 
-static pave_result choose_colour(pave_context *context, const pave_btf *btf, const pave_btf_compress_params *params,
-                                 int32_t *colour)
-{
-    static const int32_t known[4] = { -1, PV_COLOUR_LOG_YUV, PV_COLOUR_LOG, PV_COLOUR_RGB };
-    *colour = known[params->colour];
-    if (!params->colour)
-        *colour = btf->channels == 3 && !params->joint ? PV_COLOUR_LOG_YUV : PV_COLOUR_LOG;
-    if (*colour == PV_COLOUR_LOG_YUV && params->joint)
-        return pv_fail(context, PAVE_ERR_ARGUMENT, "joint factors are of plain samples or of their logarithms");
-    if (*colour == PV_COLOUR_LOG_YUV && btf->channels != 3)
-        return pv_fail(context, PAVE_ERR_ARGUMENT, "log-yuv is for three channels, and this BTF has %d",
-                       (int)btf->channels);
-    return PAVE_OK;
-}
-
 pave_result pave_btf_compress(pave_context *context, const pave_btf *btf, const pave_btf_compress_params *given,
                               pave_btf **out)
 {
@@ -105,7 +90,7 @@ pave_result pave_btf_compress(pave_context *context, const pave_btf *btf, const 
         return PAVE_ERR_ARGUMENT;
     pave_result result = pv_params_read(context, &pv_btf_compress_table, given, &params);
     if (!result)
-        result = choose_colour(context, btf, &params, &colour);
+        result = pv_colour_choose(context, params.colour, btf->channels, params.joint, &colour);
     if (!result)
         result = pv_btf_copy_frame(context, btf, out);
     if (result)

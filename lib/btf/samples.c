@@ -103,7 +103,7 @@ void pv_btf_sample(const pave_btf *btf, int64_t texel, int64_t pair, float *out)
         int64_t row = btf->joint ? pair * btf->channels + c : pair;
         values[c] = product(f->left + row * f->components, f->right + texel * f->components, f->components);
     }
-    pv_colour_decode(btf, values, 1, out);
+    pv_colour_decode(btf->colour, PV_LEAST_LIGHT, btf->colour_space, btf->channels, values, 1, out);
 }
 
 void pv_btf_from_view(const pave_btf *btf, int64_t texel, int32_t view, float *out)

@@ -99,6 +99,10 @@ static void tell_difference(telling *t, const pave_btf_difference *d)
     tell(t, "rmse", d->rmse, "of an ABRDF, mean over texels");
     tell(t, "rmse_log", d->rmse_log, "of its logarithm");
     tell(t, "relative", d->relative, "of log luminance, in the Frobenius norm");
+    tell(t, "whole", d->whole, "what that is over: root mean square of B's log luminance");
+    tell(t, "variation", d->variation, "of what texels of B differ from their mean ABRDF");
+    tell(t, "centred", d->centred, "the same error over that");
+    tell(t, "linear", d->linear, "of luminance as it is, in the Frobenius norm");
     tell(t, "direction_error", d->direction_error, "degrees, the greatest between directions");
 }
 
