@@ -137,6 +137,16 @@ static pave_result make_frame(pave_context *context, const pave_btf *btf, const 
     return PAVE_OK;
 }
 
+pave_result pv_model_frame(pave_context *context, const pave_btf *const *btfs, int32_t count,
+                           const pave_btf_model_params *given, pave_btf_model **out)
+{
+    pave_btf_model_params params;
+    pave_result result = pv_params_read(context, &pv_btf_model_table, given, &params);
+    if (!result)
+        result = check(context, btfs, count, &params);
+    return result ? result : make_frame(context, btfs[0], &params, out);
+}
+
 pave_result pave_btf_model_create(pave_context *context, const pave_btf *const *btfs, int32_t count,
                                   const pave_btf_model_params *given, pave_btf_model **out)
 {
@@ -147,9 +157,7 @@ pave_result pave_btf_model_create(pave_context *context, const pave_btf *const *
         return PAVE_ERR_ARGUMENT;
     pave_result result = pv_params_read(context, &pv_btf_model_table, given, &params);
     if (!result)
-        result = check(context, btfs, count, &params);
-    if (!result)
-        result = make_frame(context, btfs[0], &params, out);
+        result = pv_model_frame(context, btfs, count, &params, out);
     if (result)
         return result;
     pv_call call = pv_call_begin(context, "model", 0, 1);

@@ -69,6 +69,10 @@ pave_result pv_plan_new(pave_context *context, const pave_btf_model *model, cons
 pave_result pv_model_new(pave_context *context, int32_t planes, const pave_direction *views, int32_t view_count,
                          const pave_direction *lights, int32_t light_count, pave_btf_model **out);
 
+/* A model of the directions and channels that all these have, without bases. */
+pave_result pv_model_frame(pave_context *context, const pave_btf *const *btfs, int32_t count,
+                           const pave_btf_model_params *given, pave_btf_model **out);
+
 /* Fits the bases and finds the rungs of a model that has its frame and mean. */
 pave_result pv_model_fit(pave_context *context, const pave_btf *const *btfs, int32_t count,
                          const pave_btf_model_params *params, pave_btf_model *model);

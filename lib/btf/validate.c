@@ -8,7 +8,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { TEXELS = 128, PAIRS = 512, FIRST = 8, STEP = 4, NOISES = 13, MOST_SAMPLES = 2048 };
+enum { TEXELS = 128, PAIRS = 512, FIRST = 8, STEP = 2, NOISES = 13, MOST_SAMPLES = 2048 };
 
 static const double cut = 1e-6;
 
