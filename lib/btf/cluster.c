@@ -1,4 +1,4 @@
-/* Classes found: k-means on the materials' models, each the covariance of its ABRDFs, all of one length. */
+/* Classes found: k-means on the materials' models, the roots of the covariances of their ABRDFs, all one in length. */
 #include "btf/factor.h"
 #include "btf/model.h"
 
@@ -15,7 +15,8 @@ typedef struct clustering {
     const pave_btf *const *btfs;
     int32_t count;
     pv_factors *factors; /* [material]: of its first channel */
-    double *alike;       /* [material][material]: inner products of covariances of length 1 */
+    double (*root)[COMPONENTS * COMPONENTS]; /* [material]: of the covariance of texels about their mean */
+    double *alike;       /* [material][material]: inner products of roots of length 1 */
 } clustering;
 
 typedef struct reading {
@@ -34,6 +35,36 @@ static void read_column(void *user, int64_t column, int32_t worker, float *const
     pv_values_read(&r->values, r->count < 2 ? 0 : column * (texels - 1) / (r->count - 1), worker, to);
 }
 
+/* What texels differ from their mean, in the basis of left factors: S^2 / n less the outer product of the mean. */
+static void covary(const pv_factors *f, int64_t texels, double *out)
+{
+    double mean[COMPONENTS] = { 0 };
+    int32_t n = f->components;
+    for (int64_t t = 0; t < texels; t++)
+        for (int32_t k = 0; k < n; k++)
+            mean[k] += (double)f->right[t * n + k] / (double)texels;
+    for (int32_t i = 0; i < n; i++)
+        for (int32_t k = 0; k < n; k++)
+            out[i * COMPONENTS + k] =
+                (i == k ? (double)f->singular[k] * (double)f->singular[k] / (double)texels : 0) - mean[i] * mean[k];
+}
+
+/* Its square root, in which strong components do not drown the others. */
+static pave_result take_root(clustering *c, int32_t n, double *matrix)
+{
+    double vectors[COMPONENTS * COMPONENTS], values[COMPONENTS];
+    for (int32_t i = 0; i < n * n; i++)
+        vectors[i] = matrix[i / n * COMPONENTS + i % n];
+    pave_result result = pv_eigen(c->context, &c->algebra, n, vectors, values);
+    for (int32_t i = 0; i < n * n && !result; i++) {
+        double sum = 0;
+        for (int32_t k = 0; k < n; k++)
+            sum += vectors[k * n + i / n] * vectors[k * n + i % n] * sqrt(fmax(values[k], 0));
+        matrix[i / n * COMPONENTS + i % n] = sum;
+    }
+    return result;
+}
+
 static pave_result factor_material(clustering *c, const pave_btf_model *frame, int32_t index)
 {
     reading r = { .count = pv_btf_texels(c->btfs[index]) };
@@ -46,29 +77,33 @@ static pave_result factor_material(clustering *c, const pave_btf_model *frame, i
     const pv_columns columns = { 1, pv_model_pairs(frame), r.count, read_column, &r };
     if (!result)
         result = pv_factor(c->context, &c->algebra, &columns, components, 0, 2, &c->factors[index]);
+    if (!result) {
+        covary(&c->factors[index], r.count, c->root[index]);
+        result = take_root(c, c->factors[index].components, c->root[index]);
+    }
     pv_values_close(&r.values);
     pv_release(r.rest);
     return result;
 }
 
-/* <A, B> of A = U S^2 U' and B = V R^2 V': the sum of (s u'v r)^2. */
-static pave_result inner_product(clustering *c, int32_t i, int32_t j, int64_t rows, double *out)
+/* <A, B> of A = U M U' and B = V N V': the sum of (M X)(X N), element by element, with X = U' V. */
+static void inner_product(const clustering *c, int32_t i, int32_t j, int64_t rows, double *out)
 {
     const pv_factors *a = &c->factors[i], *b = &c->factors[j];
-    pave_result result = PAVE_OK;
-    float *cross = pv_allocate(c->context, (size_t)a->components, (size_t)b->components * sizeof *cross, &result);
-    if (result)
-        return result;
+    const double *m = c->root[i], *n = c->root[j];
+    float cross[COMPONENTS * COMPONENTS];
     pv_multiply(&c->algebra, 1, 0, a->components, b->components, (int)rows, a->left, a->components, b->left,
-                b->components, 0, cross, b->components);
+                b->components, 0, cross, COMPONENTS);
     *out = 0;
-    for (int32_t k = 0; k < a->components * b->components; k++) {
-        double value = (double)cross[k] * (double)a->singular[k / b->components] *
-                       (double)b->singular[k % b->components];
-        *out += value * value;
-    }
-    pv_release(cross);
-    return PAVE_OK;
+    for (int32_t r = 0; r < a->components; r++)
+        for (int32_t s = 0; s < b->components; s++) {
+            double left = 0, right = 0;
+            for (int32_t k = 0; k < a->components; k++)
+                left += m[r * COMPONENTS + k] * (double)cross[k * COMPONENTS + s];
+            for (int32_t k = 0; k < b->components; k++)
+                right += (double)cross[r * COMPONENTS + k] * n[k * COMPONENTS + s];
+            *out += left * right;
+        }
 }
 
 static pave_result compare_all(clustering *c, int64_t rows)
@@ -76,12 +111,11 @@ static pave_result compare_all(clustering *c, int64_t rows)
     pave_result result = PAVE_OK;
     int32_t n = c->count;
     for (int32_t i = 0; i < n && !result; i++) {
-        for (int32_t j = 0; j <= i && !result; j++) {
-            result = inner_product(c, i, j, rows, &c->alike[(int64_t)i * n + j]);
+        for (int32_t j = 0; j <= i; j++) {
+            inner_product(c, i, j, rows, &c->alike[(int64_t)i * n + j]);
             c->alike[(int64_t)j * n + i] = c->alike[(int64_t)i * n + j];
         }
-        if (!result)
-            result = pv_progress(c->context, 0.8 + 0.2 * (i + 1) / n);
+        result = pv_progress(c->context, 0.8 + 0.1 * (i + 1) / n);
     }
     for (int32_t i = 0; i < n && !result; i++)
         for (int32_t j = 0; j < n; j++)
@@ -93,75 +127,138 @@ static pave_result compare_all(clustering *c, int64_t rows)
     return result;
 }
 
-/* The square of how far a material is from the mean of a class. */
-static double distance(const clustering *c, int32_t i, const int32_t *label, int32_t class_of)
+/* Classes under way: distances need only inner products. */
+typedef struct sharing {
+    int32_t classes;
+    int32_t *label, *next, *best; /* [material] */
+    double *within, *members;     /* [class]: inner products of its members with each other, and their number */
+} sharing;
+
+static void weigh_classes(const clustering *c, sharing *s)
 {
-    double toward = 0, within = 0, members = 0;
-    for (int32_t j = 0; j < c->count; j++) {
-        if (label[j] != class_of)
+    memset(s->within, 0, (size_t)s->classes * sizeof *s->within);
+    memset(s->members, 0, (size_t)s->classes * sizeof *s->members);
+    for (int32_t i = 0; i < c->count; i++) {
+        if (s->label[i] < 0)
             continue;
-        members++;
-        toward += c->alike[(int64_t)i * c->count + j];
-        for (int32_t k = 0; k < c->count; k++)
-            within += label[k] == class_of ? c->alike[(int64_t)j * c->count + k] : 0;
+        s->members[s->label[i]]++;
+        for (int32_t j = 0; j < c->count; j++)
+            s->within[s->label[i]] += s->label[j] == s->label[i] ? c->alike[(int64_t)i * c->count + j] : 0;
     }
-    return members > 0 ? 1 - 2 * toward / members + within / (members * members) : INFINITY;
 }
 
-/* Seeds: the first material, then each time the one that is farthest from all seeds. */
-static void sow(const clustering *c, int32_t classes, int32_t *label)
+/* The square of how far a material is from the mean of a class. */
+static double distance(const clustering *c, const sharing *s, int32_t i, int32_t class_of)
+{
+    double toward = 0, members = s->members[class_of];
+    for (int32_t j = 0; j < c->count; j++)
+        toward += s->label[j] == class_of ? c->alike[(int64_t)i * c->count + j] : 0;
+    return members > 0 ? 1 - 2 * toward / members + s->within[class_of] / (members * members) : INFINITY;
+}
+
+/* Seeds: one material, then each time the one that is farthest from all seeds. The others belong to nobody yet. */
+static void sow(const clustering *c, sharing *s, int32_t first)
 {
     for (int32_t i = 0; i < c->count; i++)
-        label[i] = -1;
-    for (int32_t s = 0, next = 0; s < classes; s++) { /* those left belong to nobody, until they settle */
-        label[next] = s;
+        s->label[i] = -1;
+    for (int32_t k = 0, next = first; k < s->classes; k++) {
         double most = -1;
-        int32_t far = 0;
+        s->label[next] = k;
         for (int32_t i = 0; i < c->count; i++) {
             double nearest = INFINITY;
-            for (int32_t j = 0; j < c->count && label[i] < 0; j++)
-                if (label[j] >= 0)
+            for (int32_t j = 0; j < c->count; j++)
+                if (s->label[j] >= 0)
                     nearest = fmin(nearest, 1 - c->alike[(int64_t)i * c->count + j]);
-            if (label[i] < 0 && nearest > most) {
+            if (s->label[i] < 0 && nearest > most) {
                 most = nearest;
-                far = i;
+                next = i;
             }
         }
-        next = far;
     }
 }
 
-static void settle(const clustering *c, int32_t classes, int32_t *label, int32_t *next)
+/* Everyone joins the nearest class until nobody changes. Returns what materials differ from the means of theirs. */
+static double settle(const clustering *c, sharing *s)
 {
+    double sum = 0;
     int changed = 1;
     for (int32_t round = 0; round < MOST_ROUNDS && changed; round++) {
+        weigh_classes(c, s);
         changed = 0;
+        sum = 0;
         for (int32_t i = 0; i < c->count; i++) {
             double least = INFINITY;
-            next[i] = label[i];
-            for (int32_t s = 0; s < classes; s++) {
-                double away = distance(c, i, label, s);
+            for (int32_t k = 0; k < s->classes; k++) {
+                double away = distance(c, s, i, k);
                 if (away < least) {
                     least = away;
-                    next[i] = s;
+                    s->next[i] = k;
                 }
             }
-            changed |= next[i] != label[i];
+            changed |= s->next[i] != s->label[i];
+            sum += least;
         }
-        memcpy(label, next, (size_t)c->count * sizeof *label);
+        memcpy(s->label, s->next, (size_t)c->count * sizeof *s->label);
     }
+    return sum;
 }
 
-/* What materials differ from the means of their classes, over what they differ from that of all. */
-static double share_within(const clustering *c, const int32_t *label, int32_t *zeros)
+/* From each material as the first seed; the best of all. */
+static pave_result share_out(const clustering *c, sharing *s, double *least)
 {
-    double within = 0, whole = 0;
-    memset(zeros, 0, (size_t)c->count * sizeof *zeros);
-    for (int32_t i = 0; i < c->count; i++) {
-        within += distance(c, i, label, label[i]);
-        whole += distance(c, i, zeros, 0);
+    pave_result result = PAVE_OK;
+    *least = INFINITY;
+    for (int32_t first = 0; first < c->count && !result; first++) {
+        sow(c, s, first);
+        double here = settle(c, s);
+        if (here < *least) {
+            *least = here;
+            memcpy(s->best, s->label, (size_t)c->count * sizeof *s->best);
+        }
+        result = pv_progress(c->context, 0.9 + 0.1 * (first + 1) / c->count);
     }
-    return whole > 0 ? within / whole : 0;
+    return result;
+}
+
+/* Numbers classes by their first materials, and tells what is left within them. */
+static void hand_out(const clustering *c, sharing *s, double least, int32_t *labels, double *within)
+{
+    int32_t known = 0;
+    double whole = 0;
+    for (int32_t i = 0; i < c->count; i++) {
+        labels[i] = -1;
+        for (int32_t j = 0; j < i && labels[i] < 0; j++)
+            labels[i] = s->best[j] == s->best[i] ? labels[j] : -1;
+        labels[i] = labels[i] < 0 ? known++ : labels[i];
+        s->label[i] = 0;
+    }
+    weigh_classes(c, s);
+    for (int32_t i = 0; i < c->count; i++)
+        whole += distance(c, s, i, 0);
+    if (within)
+        *within = whole > 0 ? least / whole : 0;
+}
+
+static pave_result find_classes(const clustering *c, int32_t classes, int32_t *labels, double *within)
+{
+    sharing s = { .classes = classes };
+    size_t n = (size_t)c->count;
+    double least;
+    pave_result result = PAVE_OK;
+    s.label = pv_allocate(c->context, n, 3 * sizeof *s.label, &result);
+    if (!result)
+        s.within = pv_allocate(c->context, (size_t)classes, 2 * sizeof *s.within, &result);
+    if (!result) {
+        s.next = s.label + n;
+        s.best = s.next + n;
+        s.members = s.within + classes;
+        result = share_out(c, &s, &least);
+    }
+    if (!result)
+        hand_out(c, &s, least, labels, within);
+    pv_release(s.label);
+    pv_release(s.within);
+    return result;
 }
 
 static pave_result find_clusters(clustering *c, const pave_btf_model *frame, int32_t classes, int32_t *labels,
@@ -170,7 +267,8 @@ static pave_result find_clusters(clustering *c, const pave_btf_model *frame, int
     pave_result result = PAVE_OK;
     size_t n = (size_t)c->count;
     c->factors = pv_allocate_zeroed(c->context, n, sizeof *c->factors, &result);
-    int32_t *next = result ? NULL : pv_allocate(c->context, n, sizeof *next, &result);
+    if (!result)
+        c->root = pv_allocate(c->context, n, sizeof *c->root, &result);
     if (!result)
         c->alike = pv_allocate(c->context, n, n * sizeof *c->alike, &result);
     for (int32_t i = 0; i < c->count && !result; i++) {
@@ -180,17 +278,13 @@ static pave_result find_clusters(clustering *c, const pave_btf_model *frame, int
     }
     if (!result)
         result = compare_all(c, pv_model_pairs(frame));
-    if (!result) {
-        sow(c, classes, labels);
-        settle(c, classes, labels, next);
-        if (within)
-            *within = share_within(c, labels, next);
-    }
+    if (!result)
+        result = find_classes(c, classes, labels, within);
     for (int32_t i = 0; i < c->count && c->factors; i++)
         pv_factors_free(&c->factors[i]);
     pv_release(c->factors);
+    pv_release(c->root);
     pv_release(c->alike);
-    pv_release(next);
     return result;
 }
 
