@@ -222,8 +222,8 @@ PAVE_API pave_result pave_btf_model_create(pave_context *context, const pave_btf
 PAVE_API void pave_btf_model_free(pave_btf_model **model);
 
 /* Shares materials out to so many classes of alike ones, each to be given to a model of its own: k-means on their
- * models (roots of the covariances of the first channel's ABRDFs, made one in length), the best of all starts from seeds
- * that lie farthest apart.
+ * models (roots of the covariances of the first channel's ABRDFs, made one in length), the best of all starts from
+ * seeds that lie farthest apart.
  * `labels` gets the class of each, from 0; `within` (NULL: not wanted) what materials differ from the mean of their
  * class, over what they differ from that of all, 0 .. 1. Needs OpenBLAS when it runs. */
 PAVE_API pave_result pave_btf_cluster(pave_context *context, const pave_btf *const *btfs, int32_t count,

@@ -22,7 +22,8 @@ float pv_rebuild_blend(const pv_rebuild *r, int64_t texel)
 }
 
 /* Coefficients of the patches in which the tile's texels have one place, weighted; zeros where there is none. */
-static void gather(const pv_rebuild *r, const pv_part *p, int64_t first, int32_t count, int32_t place, float share, float *to)
+static void gather(const pv_rebuild *r, const pv_part *p, int64_t first, int32_t count, int32_t place, float share,
+                   float *to)
 {
     int32_t side = r->model->patch, width = r->sparse->width;
     for (int32_t i = 0; i < count; i++) {

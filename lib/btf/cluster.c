@@ -296,8 +296,8 @@ pave_result pave_btf_cluster(pave_context *context, const pave_btf *const *btfs,
     if (!context || !btfs || count < 1 || !labels)
         return PAVE_ERR_ARGUMENT;
     if (classes < 1 || classes > count)
-        return pv_fail(context, PAVE_ERR_ARGUMENT, "%d classes of %d materials: 1 to %d can be", (int)classes, (int)count,
-                       (int)count);
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "%d classes of %d materials: 1 to %d can be", (int)classes,
+                       (int)count, (int)count);
     pave_result result = pv_model_frame(context, btfs, count, params, &frame);
     if (result)
         return result;

@@ -157,7 +157,8 @@ pave_result pave_btf_measure(pave_context *context, const pave_btf *a, const pav
     if (!result)
         p.varied = pv_allocate(context, (size_t)b->views.count, sizeof *p.varied, &result);
     if (!result)
-        p.sums = pv_allocate(context, (size_t)pv_workers(context), 2 * (size_t)b->lights.count * sizeof *p.sums, &result);
+        p.sums = pv_allocate(context, (size_t)pv_workers(context), 2 * (size_t)b->lights.count * sizeof *p.sums,
+                             &result);
     if (!result)
         result = pv_parallel(context, (int32_t)p.count, compare_texel, &p, 0, 0.7);
     if (!result)

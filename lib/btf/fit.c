@@ -79,7 +79,8 @@ static int32_t stride_of(const fitting *f, int32_t of)
 
 static int64_t columns_of(const fitting *f, const pave_btf *btf, int32_t of)
 {
-    return places(btf->width, patch_of(f, of), stride_of(f, of)) * places(btf->height, patch_of(f, of), stride_of(f, of));
+    int32_t patch = patch_of(f, of), stride = stride_of(f, of);
+    return places(btf->width, patch, stride) * places(btf->height, patch, stride);
 }
 
 static int32_t kept_of(const fitting *f, int32_t plane, int32_t of, int64_t columns)
@@ -147,8 +148,8 @@ static pave_result open_sides(fitting *f)
             side->lights = f->model->lights.count;
             for (int32_t i = 0; i < f->count; i++)
                 side->stride += kept_of(f, c, of, columns_of(f, f->btfs[i], of));
-            f->values[c][of] = pv_allocate(f->context, (size_t)side->rows, (size_t)side->stride * sizeof(float), &result);
-            side->values = f->values[c][of];
+            size_t bytes = (size_t)side->stride * sizeof(float);
+            side->values = f->values[c][of] = pv_allocate(f->context, (size_t)side->rows, bytes, &result);
             if (!result)
                 f->energy[c][of] = pv_allocate(f->context, (size_t)f->count, sizeof(double), &result);
             if (!result)

@@ -1,4 +1,4 @@
-/* Which pairs of view and light to measure: each the one that leaves least unknown (A-optimal, with the model's prior). */
+/* Which pairs of view and light to measure: each the one that leaves least unknown (A-optimal, with the prior). */
 #include "btf/model.h"
 
 #include "base/parallel.h"

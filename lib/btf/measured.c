@@ -18,8 +18,8 @@ static pave_result match(const pv_rebuild *r, const char *what, const pv_directi
         out[i] = pv_directions_nearest(all, own->direction[i], &away);
         if (away > 1.01 * degree)
             return pv_fail(r->context, PAVE_ERR_ARGUMENT,
-                           "the model is of other directions: %s %d, at %.2f and %.2f degrees, is %.2f degrees from its "
-                           "nearest", what, (int)i, (double)own->direction[i].theta / degree,
+                           "the model is of other directions: %s %d, at %.2f and %.2f degrees, is %.2f degrees from "
+                           "its nearest", what, (int)i, (double)own->direction[i].theta / degree,
                            (double)own->direction[i].phi / degree, away / degree);
         for (int32_t k = 0; k < i; k++)
             if (out[k] == out[i])

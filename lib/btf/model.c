@@ -110,8 +110,8 @@ static pave_result check(pave_context *context, const pave_btf *const *btfs, int
                 return pv_fail(context, PAVE_ERR_ARGUMENT, "material %d lacks pairs of view and light: a model is made "
                                "of complete ones", (int)i);
         if (b->width < params->patch || b->height < params->patch)
-            return pv_fail(context, PAVE_ERR_ARGUMENT, "material %d has %d x %d texels, fewer than a patch of %d", (int)i,
-                           (int)b->width, (int)b->height, (int)params->patch);
+            return pv_fail(context, PAVE_ERR_ARGUMENT, "material %d has %d x %d texels, fewer than a patch of %d",
+                           (int)i, (int)b->width, (int)b->height, (int)params->patch);
     }
     return PAVE_OK;
 }

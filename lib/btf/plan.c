@@ -138,8 +138,9 @@ static pave_result plan_map(pave_context *context, const pave_btf_model *model, 
         *count = views * lights;
         for (int32_t i = 0; i < *count; i++)
             pairs[i] = view[i / lights] * model->lights.count + light[i % lights];
-        pv_note(context, PAVE_MESSAGE_INFO, "a map of %d x %d cells has %d directions in its disc, which are %d views and "
-                "%d lights: %d pairs", (int)across, (int)across, (int)all, (int)views, (int)lights, (int)*count);
+        pv_note(context, PAVE_MESSAGE_INFO, "a map of %d x %d cells has %d directions in its disc, which are %d "
+                "views and %d lights: %d pairs", (int)across, (int)across, (int)all, (int)views, (int)lights,
+                (int)*count);
     }
     pv_release(map);
     pv_release(view);
@@ -163,12 +164,13 @@ static void expect(const pave_btf_model *model, const double *left, pave_btf_pla
 static pave_result choose(pave_context *context, const pave_btf_model *model, const pave_btf_plan_params *params,
                           int32_t *pairs, double *left, int32_t *count, double condition[2])
 {
+    double noise = noise_of(model, params);
     switch (params->method) {
     case PAVE_BTF_PLAN_SWAP: return pv_plan_swap(context, model, params, pairs, &condition[0], &condition[1]);
     case PAVE_BTF_PLAN_PARABOLIC: return plan_map(context, model, params, pairs, count);
     default:
-        return params->dome ? pv_plan_dome(context, model, noise_of(model, params), params->shot_cost, pairs, left, count)
-                            : pv_plan_greedy(context, model, noise_of(model, params), *count, pairs, left);
+        return params->dome ? pv_plan_dome(context, model, noise, params->shot_cost, pairs, left, count)
+                            : pv_plan_greedy(context, model, noise, *count, pairs, left);
     }
 }
 

@@ -15,7 +15,7 @@ static const pv_param reconstruct_rows[] = {
     PV_INTEGER(pave_btf_reconstruct_params, abrdfs, "", 0, PV_MOST_COMPONENTS, "eigen-ABRDFs of a channel; 0: all"),
     PV_INTEGER(pave_btf_reconstruct_params, samples, "", 0, INT32_MAX, "of the plan, the first; 0: all"),
     PV_REAL(pave_btf_reconstruct_params, cut, "", 0, 1, "paper: singular values below this share do not count"),
-    PV_REAL(pave_btf_reconstruct_params, noise, "", 0, 100, "best: standard deviation of what was measured, in logarithms"),
+    PV_REAL(pave_btf_reconstruct_params, noise, "", 0, 100, "best: standard deviation of measured logarithms"),
     { "type", PAVE_PARAM_INTEGER, "", PAVE_F16, PAVE_F32, NULL, "4: halves, 5: floats, in the file",
       offsetof(pave_btf_reconstruct_params, type) },
 };
@@ -32,11 +32,11 @@ static pave_result check(const pv_rebuild *r)
     const pave_btf *s = r->sparse;
     const pave_btf_model *m = r->model;
     if (s->channels != m->channels)
-        return pv_fail(r->context, PAVE_ERR_ARGUMENT, "the model is of another colour model: it has %d channels, the BTF "
-                       "%d", (int)m->channels, (int)s->channels);
+        return pv_fail(r->context, PAVE_ERR_ARGUMENT, "the model is of another colour model: it has %d channels, the "
+                       "BTF %d", (int)m->channels, (int)s->channels);
     if (s->cosine != m->cosine)
-        return pv_fail(r->context, PAVE_ERR_ARGUMENT, "the samples of %s hold the cosine of the light, those of the other "
-                       "do not", m->cosine ? "the model" : "the BTF");
+        return pv_fail(r->context, PAVE_ERR_ARGUMENT, "the samples of %s hold the cosine of the light, those of the "
+                       "other do not", m->cosine ? "the model" : "the BTF");
     if (s->width < m->patch || s->height < m->patch)
         return pv_fail(r->context, PAVE_ERR_ARGUMENT, "%d x %d texels are fewer than a patch of %d", (int)s->width,
                        (int)s->height, (int)m->patch);
@@ -70,7 +70,7 @@ static pave_result make_errors(const pv_rebuild *r, pave_image **errors)
 {
     pave_image_params shape = PAVE_IMAGE_PARAMS_INIT;
     if (r->params->mode != PAVE_BTF_BEST)
-        return pv_fail(r->context, PAVE_ERR_ARGUMENT, "errors can be expected with the model's prior only: in mode best");
+        return pv_fail(r->context, PAVE_ERR_ARGUMENT, "errors can be expected in mode best only, by the model's prior");
     shape.width = r->sparse->width;
     shape.height = r->sparse->height;
     shape.channels = 1;

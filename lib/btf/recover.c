@@ -70,12 +70,12 @@ static pave_result open_part(pv_rebuild *r, int32_t plane, int32_t of)
         return open_projection(r, plane, of, k);
     if (r->params->mode == PAVE_BTF_PAPER && places * r->samples < k)
         return pv_fail(r->context, PAVE_ERR_ARGUMENT,
-                       "%d samples are too few for %d eigen-%s: by the text at least %d are needed (mode best takes any "
-                       "number)", (int)r->samples, (int)k, what, (int)((k + places - 1) / places));
+                       "%d samples are too few for %d eigen-%s: by the text at least %d are needed (mode best takes "
+                       "any number)", (int)r->samples, (int)k, what, (int)((k + places - 1) / places));
     pave_result result = open_system(r, plane, of, k, r->params->mode == PAVE_BTF_BEST, &p->system);
     if (!result && r->params->mode == PAVE_BTF_PAPER && p->system.rank < k)
-        pv_note(r->context, PAVE_MESSAGE_INFO, "channel %d: of %d eigen-%s, %d can be told from the samples", (int)plane,
-                (int)k, what, (int)p->system.rank);
+        pv_note(r->context, PAVE_MESSAGE_INFO, "channel %d: of %d eigen-%s, %d can be told from the samples",
+                (int)plane, (int)k, what, (int)p->system.rank);
     return result;
 }
 
@@ -91,8 +91,8 @@ static void set_noise(pv_rebuild *r, int32_t plane)
                                                                   : settings->noise[0] + extra;
 }
 
-static pave_result product(const pv_rebuild *r, int transpose_b, int64_t rows, int n, int k, const float *a, const float *b,
-                           float beta, float *c)
+static pave_result product(const pv_rebuild *r, int transpose_b, int64_t rows, int n, int k, const float *a,
+                           const float *b, float beta, float *c)
 {
     pv_product p = { &r->algebra, rows, n, k, a, b, c, k, transpose_b ? k : n, n, transpose_b, beta };
     return pv_multiply_all(r->context, &p, 0, 0);
@@ -148,7 +148,8 @@ static pave_result take_off(pv_rebuild *r, int32_t plane, const float *known)
     float *row = pv_allocate(r->context, (size_t)pv_rebuild_wide(r), (size_t)r->samples * sizeof *row, &result);
     for (int32_t y = 0; y < pv_rebuild_high(r) && !result; y++)
         for (int32_t q = 0; q < side * side && !result; q++) {
-            result = product(r, 1, pv_rebuild_wide(r), r->samples, s->rank, known + (int64_t)y * pv_rebuild_wide(r) * s->rank,
+            const float *from = known + (int64_t)y * pv_rebuild_wide(r) * s->rank;
+            result = product(r, 1, pv_rebuild_wide(r), r->samples, s->rank, from,
                              s->from + (int64_t)q * r->samples * s->rank, 0, row);
             for (int32_t x = 0; x < pv_rebuild_wide(r) && !result; x++) {
                 int64_t texel = (int64_t)(y + q / side) * width + x + q % side;
@@ -213,9 +214,10 @@ static pave_result expect_errors(const pv_rebuild *r, const pv_system *s, float 
     for (int32_t k = 0; k < basis->components; k++)
         whole += (double)basis->deviation[k] * basis->deviation[k];
     double left = pv_system_left(s, whole, noise) / (double)pv_model_pairs(r->model) + basis->outside;
-    for (int64_t t = 0; t < texels && !result; t++)
-        out[t] = (float)(r->settings[0].trust *
-                         sqrt(left * pv_system_surprise(s, noise, r->measured[0] + t * r->samples, known + t * s->rank)));
+    for (int64_t t = 0; t < texels && !result; t++) {
+        double surprise = pv_system_surprise(s, noise, r->measured[0] + t * r->samples, known + t * s->rank);
+        out[t] = (float)(r->settings[0].trust * sqrt(left * surprise));
+    }
     pv_release(known);
     return result;
 }

@@ -59,7 +59,9 @@ static pave_result read_texels(trial *t)
     pv_values values = { 0 };
     float *to[PV_BTF_CHANNELS];
     pave_result result = pv_values_open(t->context, t->btf, model, &values);
-    float *texel = result ? NULL : pv_allocate(t->context, (size_t)model->planes, (size_t)pairs * sizeof *texel, &result);
+    float *texel = NULL;
+    if (!result)
+        texel = pv_allocate(t->context, (size_t)model->planes, (size_t)pairs * sizeof *texel, &result);
     for (int32_t c = 0; c < model->planes && !result; c++)
         to[c] = texel + c * pairs;
     for (int32_t i = 0; i < t->texels && !result; i++)

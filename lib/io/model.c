@@ -179,7 +179,8 @@ static double number(reader *r)
 
 static pave_result damaged(const reader *r, const char *reason)
 {
-    return pv_fail(r->context, PAVE_ERR_FORMAT, "%s: is a damaged model: %s", r->path, r->cut ? "it is cut short" : reason);
+    return pv_fail(r->context, PAVE_ERR_FORMAT, "%s: is a damaged model: %s", r->path,
+                   r->cut ? "it is cut short" : reason);
 }
 
 typedef struct head {

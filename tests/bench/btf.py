@@ -4,7 +4,12 @@
 
 Of each class so many materials are made (seeds 1, 2, ...), 81 x 81 directions; the last is tested, 24 x 24 texels of its
 middle, and the others are what models are made of. One channel, luminance. Sizes follow the paper's by the number of
-pairs: 441 samples (21 x 21 of a 5 x 5 map) for 1369, 330 eigen-ABRDFs for 1024, 660 eigen-ABTFs for 2048."""
+pairs: 441 samples (21 x 21 of a 5 x 5 map) for 1369, 330 eigen-ABRDFs for 1024, 660 eigen-ABTFs for 2048.
+
+    /usr/bin/python3 tests/bench/btf.py BUILD --real FOLDER
+
+projects measured mean ABRDFs (derived_*_meanlogY_151x151_f32.bin: logarithms of luminance, [view][light]) on a model of
+generated materials of all nine classes, from 151 x 151 directions."""
 
 import argparse
 import json
@@ -178,6 +183,29 @@ def study(lab, name, options, folder):
     return row
 
 
+def real(lab, folder):
+    """How far generated materials are from measured ones."""
+    btfs = [lab.grey(lab.synthesize(name, 12, seed, directions=1)) for name in NINE for seed in (1, 2, 3)]
+    model = lab.model(btfs, patch=1, abrdfs=1024, material=100, validate=0)
+    plan = lab.plan(model, samples=1369)
+    print(f"{lab.c.pave_btf_model_components(model, 0, 0)} eigen-ABRDFs of {len(btfs)} generated materials")
+    for path in sorted(pathlib.Path(folder).glob("derived_*_meanlogY_151x151_f32.bin")):
+        logs = numpy.fromfile(path, "<f4")
+        truth = lab.of_samples(numpy.exp(logs).reshape(1, 1, -1), btfs[0])
+        same = lab.measure(truth, truth, EPSILON)
+        light = numpy.cos([d.theta for d in lab.ffi.unpack(lab.c.pave_btf_light_directions(truth), 151)])
+        shape = logs.reshape(151, 151) - numpy.log(light)
+        whole, varies = same.whole, shape.std()
+        print(path.name, f"root mean square {whole:.3f}, of what differs from a grey diffuse plane {varies:.3f}")
+        for k in (16, 64, 128, 330, 1024):
+            error = lab.error(model, truth, None, EPSILON, mode=PROJECT, abrdfs=k) / 100 * whole
+            print(f"  {k:4d} eigen-ABRDFs leave {error:.4f}: {100 * error / whole:.2f} % of all, "
+                  f"{100 * error / varies:.1f} % of what differs")
+        for k in (1369, 228, 40):
+            error = lab.error(model, truth, plan, EPSILON, samples=k) / 100 * whole
+            print(f"  {k:4d} of 22801 samples leave {error:.4f}: {100 * error / varies:.1f} % of what differs")
+
+
 def table(rows, title, columns):
     print(f"\n{title}\n\n| class | " + " | ".join(columns) + " |\n|---" * 1 + "|---" * len(columns) + "|")
     for name, row in rows.items():
@@ -199,8 +227,11 @@ def main():
     parser.add_argument("--texels", type=int, default=32)
     parser.add_argument("--materials", type=int, default=12)
     parser.add_argument("--json")
+    parser.add_argument("--real")
     options = parser.parse_args()
     lab = Laboratory(pathlib.Path(options.build) / "lib" / "libpave.so", 2)
+    if options.real:
+        return real(lab, options.real)
     rows = {}
     with tempfile.TemporaryDirectory() as folder:
         for name in options.classes.split(","):
