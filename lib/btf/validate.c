@@ -1,8 +1,7 @@
 /* How best to reconstruct, found on a material that the model has not seen: for some numbers of samples, how much noise
  * to expect about either basis, and how to mix them. */
-#include "btf/model.h"
+#include "btf/trial.h"
 
-#include "btf/solve.h"
 #include "util/random.h"
 
 #include <math.h>
@@ -10,29 +9,8 @@
 
 enum { TEXELS = 128, PAIRS = 512, FIRST = 8, STEP = 2, NOISES = 13, MOST_SAMPLES = 2048 };
 
-static const double cut = 1e-6;
-
-/* Texels of the material that was held out, with those around them. */
-typedef struct trial {
-    pave_context *context;
-    const pv_algebra *algebra;
-    const pave_btf *btf;
-    const pave_btf_model *model;
-    int32_t window, samples, texels, pairs; /* window: side of what the patches with a texel cover */
-    int32_t *plan, *asked;    /* pairs that are measured, and some of those that are to be found */
-    float *measured;          /* [plane][window y][x][texel][sample] */
-    float *truth;             /* [plane][texel][asked pair] */
-    int64_t *place;           /* [texel]: top left of its window */
-} trial;
-
-static float *measured_at(const trial *t, int32_t plane, int32_t spot)
-{
-    int64_t each = (int64_t)t->texels * t->samples;
-    return t->measured + ((int64_t)plane * t->window * t->window + spot) * each;
-}
-
 /* One by chance in each share of the pairs. */
-static void ask(trial *t)
+static void ask(pv_trial *t)
 {
     int64_t all = pv_model_pairs(t->model);
     for (int32_t i = 0; i < t->pairs; i++) {
@@ -42,7 +20,7 @@ static void ask(trial *t)
     }
 }
 
-static void place_texels(trial *t)
+static void place_texels(pv_trial *t)
 {
     int64_t wide = t->btf->width - t->window + 1, high = t->btf->height - t->window + 1, all = wide * high;
     for (int32_t i = 0; i < t->texels; i++) {
@@ -51,7 +29,7 @@ static void place_texels(trial *t)
     }
 }
 
-static pave_result read_texels(trial *t)
+static pave_result read_texels(pv_trial *t)
 {
     const pave_btf_model *model = t->model;
     int64_t pairs = pv_model_pairs(model);
@@ -68,7 +46,7 @@ static pave_result read_texels(trial *t)
         for (int32_t s = 0; s < t->window * t->window; s++) {
             pv_values_read(&values, t->place[i] + s / t->window * t->btf->width + s % t->window, 0, to);
             for (int32_t c = 0; c < model->planes; c++) {
-                float *row = measured_at(t, c, s) + (int64_t)i * t->samples;
+                float *row = pv_trial_measured(t, c, s) + (int64_t)i * t->samples;
                 for (int32_t k = 0; k < t->samples; k++)
                     row[k] = to[c][t->plan[k]];
                 for (int32_t k = 0; k < t->pairs && s == centre; k++)
@@ -80,129 +58,12 @@ static pave_result read_texels(trial *t)
     return result;
 }
 
-/* One basis on one plane with so many samples. Predictions are sums over the places that a texel can have in a patch,
- * over their number. */
-typedef struct attempt {
-    const trial *t;
-    int32_t plane, samples, side; /* side of a patch */
-    pv_system system;
-    float *known;    /* [place][texel][rank]: what was measured of a patch, along the singular directions */
-    float *shown;    /* [place][asked pair][rank] */
-    float *weighted; /* [texel][rank] */
-} attempt;
-
-static pave_result product(const trial *t, int transpose_b, int64_t rows, int n, int k, const float *a, int stride_a,
-                           const float *b, int stride_b, float beta, float *c, int stride_c)
-{
-    pv_product p = { t->algebra, rows, n, k, a, b, c, stride_a, stride_b, stride_c, transpose_b, beta };
-    if (!k) /* nothing is known */
-        memset(c, 0, (size_t)rows * (size_t)n * sizeof *c);
-    return n && k ? pv_multiply_all(t->context, &p, 0, 0) : PAVE_OK;
-}
-
-/* What is known of patches in which the texel has place `place`. */
-static pave_result know(attempt *a, int32_t place)
-{
-    const trial *t = a->t;
-    int32_t side = a->side, rank = a->system.rank, lead = t->window / 2 - side / 2 - side / 2;
-    int32_t left = lead + side - 1 - place % side, top = lead + side - 1 - place / side;
-    float *out = a->known + (int64_t)place * t->texels * rank;
-    pave_result result = PAVE_OK;
-    for (int32_t q = 0; q < side * side && !result; q++)
-        result = product(t, 0, t->texels, rank, a->samples,
-                         measured_at(t, a->plane, (top + q / side) * t->window + left + q % side), t->samples,
-                         a->system.from + (int64_t)q * a->samples * rank, rank, q > 0, out, rank);
-    return result;
-}
-
-static pave_result open_attempt(const trial *t, int32_t plane, int32_t of, int32_t samples, attempt *a)
-{
-    const pv_basis *basis = &t->model->basis[plane][of];
-    pave_context *context = t->context;
-    pave_result result = PAVE_OK;
-    memset(a, 0, sizeof *a);
-    a->t = t;
-    a->plane = plane;
-    a->samples = samples;
-    a->side = of == PV_OF_PATCHES ? t->model->patch : 1;
-    int32_t places = a->side * a->side, k = basis->components;
-    size_t most = (size_t)places * (size_t)(samples > t->pairs ? samples : t->pairs);
-    float *rows = pv_allocate(context, most, (size_t)k * sizeof *rows, &result);
-    if (!result) {
-        pv_basis_rows_of(t->model, basis, places, t->plan, samples, rows);
-        result = pv_system_open(context, t->algebra, rows, places * samples, k, k, basis->deviation, cut, &a->system);
-    }
-    size_t rank = (size_t)a->system.rank;
-    if (!result)
-        a->known = pv_allocate(context, (size_t)places * (size_t)t->texels, rank * sizeof(float), &result);
-    if (!result)
-        a->shown = pv_allocate(context, (size_t)places * (size_t)t->pairs, rank * sizeof(float), &result);
-    if (!result)
-        a->weighted = pv_allocate(context, (size_t)t->texels, rank * sizeof(float), &result);
-    if (!result) {
-        pv_basis_rows_of(t->model, basis, places, t->asked, t->pairs, rows);
-        result = product(t, 0, (int64_t)places * t->pairs, (int)rank, k, rows, k, a->system.to, (int)rank, 0, a->shown,
-                         (int)rank);
-    }
-    for (int32_t q = 0; q < places && !result; q++)
-        result = know(a, q);
-    pv_release(rows);
-    return result;
-}
-
-static void close_attempt(attempt *a)
-{
-    pv_system_close(&a->system);
-    pv_release(a->known);
-    pv_release(a->shown);
-    pv_release(a->weighted);
-}
-
-/* What is known of a place's patches, weighted for noise; towards measured values also by the singular values. */
-static void weigh(attempt *a, const float *known, double noise, int measured)
-{
-    int32_t rank = a->system.rank, places = a->side * a->side;
-    for (int64_t i = 0; i < (int64_t)a->t->texels * rank; i++) {
-        int32_t k = (int32_t)(i % rank);
-        double gain = pv_system_gain(&a->system, k, noise) * (measured ? a->system.values[k] : 1);
-        a->weighted[i] = known[i] * (float)(gain / places);
-    }
-}
-
-/* The asked pairs of every texel, [texel][asked]. */
-static pave_result predict(attempt *a, const float *known, double noise, float *out)
-{
-    const trial *t = a->t;
-    int32_t rank = a->system.rank;
-    pave_result result = PAVE_OK;
-    for (int32_t q = 0; q < a->side * a->side && !result; q++) {
-        weigh(a, known + (int64_t)q * t->texels * rank, noise, 0);
-        result = product(t, 1, t->texels, t->pairs, rank, a->weighted, rank, a->shown + (int64_t)q * t->pairs * rank,
-                         rank, q > 0, out, t->pairs);
-    }
-    return result;
-}
-
-/* The measured pairs of every texel as the basis has them, [texel][sample]. */
-static pave_result predict_measured(attempt *a, double noise, float *out)
-{
-    const trial *t = a->t;
-    int32_t rank = a->system.rank;
-    pave_result result = PAVE_OK;
-    for (int32_t q = 0; q < a->side * a->side && !result; q++) {
-        weigh(a, a->known + (int64_t)q * t->texels * rank, noise, 1);
-        result = product(t, 1, t->texels, a->samples, rank, a->weighted, rank,
-                         a->system.from + (int64_t)q * a->samples * rank, rank, q > 0, out, a->samples);
-    }
-    return result;
-}
-
-static const float *truth_of(const trial *t, int32_t plane)
+static const float *truth_of(const pv_trial *t, int32_t plane)
 {
     return t->truth + (int64_t)plane * t->texels * t->pairs;
 }
 
-static double mean_square(const trial *t, const float *a, const float *b)
+static double mean_square(const pv_trial *t, const float *a, const float *b)
 {
     double sum = 0;
     int64_t count = (int64_t)t->texels * t->pairs;
@@ -217,31 +78,31 @@ static double noise_at(const pv_basis *basis, int32_t step)
 }
 
 /* The noise with which a basis by itself predicts best; its prediction comes last. */
-static pave_result find_noise(attempt *a, const pv_basis *basis, float *predicted, double *noise, double *error)
+static pave_result find_noise(pv_attempt *a, const pv_basis *basis, float *predicted, double *noise, double *error)
 {
     pave_result result = PAVE_OK;
     *error = INFINITY;
     for (int32_t i = 0; i < NOISES && !result; i++) {
-        result = predict(a, a->known, noise_at(basis, i), predicted);
+        result = pv_attempt_predict(a, a->known, noise_at(basis, i), predicted);
         double here = result ? 0 : mean_square(a->t, predicted, truth_of(a->t, a->plane));
         if (here < *error) {
             *error = here;
             *noise = noise_at(basis, i);
         }
     }
-    return result ? result : predict(a, a->known, *noise, predicted);
+    return result ? result : pv_attempt_predict(a, a->known, *noise, predicted);
 }
 
 /* ABTFs first, then ABRDFs of what they leave: A(b) + share (T - A(T at b)), whose best share has a closed form. */
 typedef struct mixing {
-    attempt *texels;
+    pv_attempt *texels;
     float *patches;      /* [texel][asked]: T */
     float *at_measured;  /* [texel][sample] */
     float *known;        /* [texel][rank]: of it, along the ABRDFs' directions */
     float *own, *theirs; /* [texel][asked]: A(b), A(T at b) */
 } mixing;
 
-static double best_share(const trial *t, const mixing *m, int32_t plane, double *error)
+static double best_share(const pv_trial *t, const mixing *m, int32_t plane, double *error)
 {
     const float *truth = truth_of(t, plane);
     double square = 0, along = 0, rest = 0;
@@ -257,18 +118,18 @@ static double best_share(const trial *t, const mixing *m, int32_t plane, double 
     return share;
 }
 
-static pave_result mix(const trial *t, mixing *m, const pv_basis *basis, pv_rung *rung, double *error)
+static pave_result mix(const pv_trial *t, mixing *m, const pv_basis *basis, pv_rung *rung, double *error)
 {
-    attempt *a = m->texels;
+    pv_attempt *a = m->texels;
     int32_t rank = a->system.rank;
-    pave_result result = product(t, 0, t->texels, rank, a->samples, m->at_measured, a->samples, a->system.from, rank, 0,
-                                 m->known, rank);
+    pave_result result = pv_trial_product(t, 0, t->texels, rank, a->samples, m->at_measured, a->samples,
+                                          a->system.from, rank, 0, m->known, rank);
     *error = INFINITY;
     for (int32_t i = -4; i < NOISES && !result; i++) {
         double noise = noise_at(basis, i), here;
-        result = predict(a, a->known, noise, m->own);
+        result = pv_attempt_predict(a, a->known, noise, m->own);
         if (!result)
-            result = predict(a, m->known, noise, m->theirs);
+            result = pv_attempt_predict(a, m->known, noise, m->theirs);
         double share = result ? 0 : best_share(t, m, a->plane, &here);
         if (!result && here < *error) {
             *error = here;
@@ -280,41 +141,42 @@ static pave_result mix(const trial *t, mixing *m, const pv_basis *basis, pv_rung
 }
 
 /* What is left of the variance of a value, as the model has it. */
-static double expected(const trial *t, const attempt *a, const pv_basis *basis, double noise)
+static double expected(const pv_trial *t, const pv_attempt *a, const pv_basis *basis, double noise)
 {
     double whole = 0, surprise = 0;
     int32_t centre = t->window * t->window / 2;
     for (int32_t k = 0; k < basis->components; k++)
         whole += (double)basis->deviation[k] * basis->deviation[k];
     for (int32_t i = 0; i < t->texels; i++)
-        surprise += pv_system_surprise(&a->system, noise, measured_at(t, a->plane, centre) + (int64_t)i * t->samples,
+        surprise += pv_system_surprise(&a->system, noise,
+                                       pv_trial_measured(t, a->plane, centre) + (int64_t)i * t->samples,
                                        a->known + (int64_t)i * a->system.rank) / t->texels;
     return (pv_system_left(&a->system, whole, noise) / (double)pv_model_pairs(t->model) + basis->outside) * surprise;
 }
 
-static pave_result try_patches(const trial *t, int32_t plane, mixing *m, pv_rung *rung, double *error)
+static pave_result try_patches(const pv_trial *t, int32_t plane, mixing *m, pv_rung *rung, double *error)
 {
     const pave_btf_model *model = t->model;
-    attempt patches;
+    pv_attempt patches;
     double alone;
-    pave_result result = open_attempt(t, plane, PV_OF_PATCHES, (int32_t)rung->samples, &patches);
+    pave_result result = pv_attempt_open(t, plane, PV_OF_PATCHES, (int32_t)rung->samples, &patches);
     if (!result)
         result = find_noise(&patches, &model->basis[plane][PV_OF_PATCHES], m->patches, &rung->noise[1], &alone);
     if (!result)
-        result = predict_measured(&patches, rung->noise[1], m->at_measured);
-    close_attempt(&patches);
+        result = pv_attempt_predict_measured(&patches, rung->noise[1], m->at_measured);
+    pv_attempt_close(&patches);
     return result ? result : mix(t, m, &model->basis[plane][PV_OF_TEXELS], rung, error);
 }
 
-static pave_result find_rung(const trial *t, int32_t plane, pv_rung *rung)
+static pave_result find_rung(const pv_trial *t, int32_t plane, pv_rung *rung)
 {
     const pv_basis *basis = &t->model->basis[plane][PV_OF_TEXELS];
     int32_t samples = (int32_t)rung->samples;
     size_t bytes = (size_t)t->pairs * sizeof(float);
-    attempt texels;
+    pv_attempt texels;
     mixing m = { .texels = &texels };
     double error;
-    pave_result result = open_attempt(t, plane, PV_OF_TEXELS, samples, &texels);
+    pave_result result = pv_attempt_open(t, plane, PV_OF_TEXELS, samples, &texels);
     float **room[3] = { &m.patches, &m.own, &m.theirs };
     for (int i = 0; i < 3 && !result; i++)
         *room[i] = pv_allocate(t->context, (size_t)t->texels, bytes, &result);
@@ -330,7 +192,7 @@ static pave_result find_rung(const trial *t, int32_t plane, pv_rung *rung)
         result = try_patches(t, plane, &m, rung, &error);
     if (!result)
         rung->trust = sqrt(error / fmax(expected(t, &texels, basis, rung->noise[0]), 1e-30));
-    close_attempt(&texels);
+    pv_attempt_close(&texels);
     for (int i = 0; i < 3; i++)
         pv_release(*room[i]);
     pv_release(m.at_measured);
@@ -338,7 +200,7 @@ static pave_result find_rung(const trial *t, int32_t plane, pv_rung *rung)
     return result;
 }
 
-static pave_result open_trial(trial *t)
+static pave_result open_trial(pv_trial *t)
 {
     pave_context *context = t->context;
     int64_t pairs = pv_model_pairs(t->model), spots = (int64_t)t->window * t->window;
@@ -364,7 +226,7 @@ static pave_result open_trial(trial *t)
     return result;
 }
 
-static void close_trial(trial *t)
+static void close_trial(pv_trial *t)
 {
     pv_release(t->plan);
     pv_release(t->asked);
@@ -373,7 +235,7 @@ static void close_trial(trial *t)
     pv_release(t->measured);
 }
 
-static pave_result find_rungs(trial *t, pave_btf_model *model)
+static pave_result find_rungs(pv_trial *t, pave_btf_model *model)
 {
     double noise = 0.03 * model->basis[0][PV_OF_TEXELS].whole;
     pave_result result = pv_plan_greedy(t->context, model, noise, t->samples, t->plan, NULL);
@@ -395,7 +257,7 @@ static pave_result find_rungs(trial *t, pave_btf_model *model)
 pave_result pv_model_validate(pave_context *context, const pv_algebra *algebra, const pave_btf *btf,
                               pave_btf_model *model)
 {
-    trial t = { .context = context, .algebra = algebra, .btf = btf, .model = model, .window = 2 * model->patch - 1 };
+    pv_trial t = { .context = context, .algebra = algebra, .btf = btf, .model = model, .window = 2 * model->patch - 1 };
     if (btf->width < t.window || btf->height < t.window)
         return PAVE_OK; /* no patch has all it needs: settings stay those of nobody's */
     pave_result result = open_trial(&t);
