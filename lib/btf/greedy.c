@@ -98,10 +98,10 @@ static void apply(const greedy *g, const double *vector, double *out)
 static int32_t find_best(const greedy *g, double noise)
 {
     int32_t best = -1;
-    double most = -INFINITY;
+    double most = 0;
     for (int32_t p = 0; p < g->pairs; p++) {
-        double score = g->taken[p] ? -INFINITY : g->removed[p] / (fmax(g->variance[p], 0) + noise);
-        if (score > most) {
+        double score = g->removed[p] / (fmax(g->variance[p], 0) + noise);
+        if (!g->taken[p] && (best < 0 || score > most)) {
             most = score;
             best = p;
         }

@@ -149,9 +149,11 @@ static pave_result plan_map(pave_context *context, const pave_btf_model *model, 
 
 /* ---- The story ---- */
 
+/* The same for every number of samples, so that a plan begins as a shorter one does. */
 static double noise_of(const pave_btf_model *model, const pave_btf_plan_params *params)
 {
-    return params->noise > 0 ? params->noise * params->noise : pv_model_settings(model, 0, params->samples).noise[0];
+    double most = model->rungs ? model->rung[0][model->rungs - 1].samples : 1;
+    return params->noise > 0 ? params->noise * params->noise : pv_model_settings(model, 0, most).noise[0];
 }
 
 /* The root mean square of what is left, for each number of samples. */

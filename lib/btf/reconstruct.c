@@ -97,6 +97,9 @@ static void close_rebuild(pv_rebuild *r)
 static pave_result run(pv_rebuild *r, const pave_btf_plan *plan, pave_btf **out, pave_image **errors)
 {
     pave_result result = check(r);
+    if (!result && r->params->samples && !plan)
+        result = pv_fail(r->context, PAVE_ERR_ARGUMENT, "the first %d samples of a plan are asked for, and there is "
+                         "none", (int)r->params->samples);
     if (!result && errors)
         result = make_errors(r, errors);
     if (!result)

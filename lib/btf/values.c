@@ -75,8 +75,8 @@ pv_rung pv_model_settings(const pave_btf_model *model, int32_t plane, double sam
     int32_t k = 0;
     while (k + 1 < model->rungs - 1 && rung[k + 1].samples < samples)
         k++;
-    if (model->rungs == 1)
-        return rung[0];
+    if (model->rungs == 1 || samples >= rung[model->rungs - 1].samples)
+        return rung[model->rungs - 1];
     double t = log(samples / rung[k].samples) / log(rung[k + 1].samples / rung[k].samples);
     t = fmin(fmax(t, 0), 1);
     pv_rung a = rung[k], b = rung[k + 1];

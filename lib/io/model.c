@@ -279,6 +279,14 @@ static pave_result make_frame(reader *r, const head *h, pave_btf_model **out)
     return PAVE_OK;
 }
 
+static int all_within(const float *values, int64_t count, float least, float greatest)
+{
+    for (int64_t i = 0; i < count; i++)
+        if (!(values[i] >= least && values[i] <= greatest))
+            return 0;
+    return 1;
+}
+
 static int rung_is_sound(const pv_rung *r)
 {
     return r->samples >= 1 && r->samples < 1e9 && r->noise[0] > 0 && r->noise[1] > 0 && r->rest > 0 && r->share >= 0 &&
@@ -292,7 +300,7 @@ static pave_result read_plane(reader *r, pave_btf_model *m, int32_t plane)
     int sound = 1;
     m->range[plane][0] = real(r);
     m->range[plane][1] = real(r);
-    sound &= isfinite(m->range[plane][0]) && isfinite(m->range[plane][1]) && m->range[plane][0] <= m->range[plane][1];
+    sound &= all_within(m->range[plane], 2, -1e5f, 1e5f) && m->range[plane][0] <= m->range[plane][1];
     for (int32_t of = 0; of < 2; of++) {
         pv_basis *b = &m->basis[plane][of];
         uint32_t components = word(r);
@@ -311,10 +319,9 @@ static pave_result read_plane(reader *r, pave_btf_model *m, int32_t plane)
         sound &= rung_is_sound(g) && g->samples > last;
         last = g->samples;
     }
-    for (int64_t p = 0; p < pv_model_pairs(m); p++) {
+    for (int64_t p = 0; p < pv_model_pairs(m); p++)
         m->mean[plane * pv_model_pairs(m) + p] = real(r);
-        sound &= isfinite(m->mean[plane * pv_model_pairs(m) + p]);
-    }
+    sound &= all_within(m->mean + plane * pv_model_pairs(m), pv_model_pairs(m), -1e5f, 1e5f);
     return r->cut || !sound ? damaged(r, "a channel's settings hold what cannot be") : PAVE_OK;
 }
 
@@ -326,14 +333,6 @@ static float *take_reals(reader *r, int64_t count)
     return (float *)(uintptr_t)at;
 }
 
-static int all_sound(const float *values, int64_t count, float least)
-{
-    for (int64_t i = 0; i < count; i++)
-        if (!isfinite(values[i]) || values[i] < least)
-            return 0;
-    return 1;
-}
-
 static pave_result find_bases(reader *r, pave_btf_model *m)
 {
     pave_result result = PAVE_OK;
@@ -341,8 +340,8 @@ static pave_result find_bases(reader *r, pave_btf_model *m)
         pv_basis *b = &m->basis[i / 2][i % 2];
         b->deviation = take_reals(r, b->components);
         b->left = take_reals(r, pv_basis_rows(m, i % 2) * b->components);
-        if (r->cut || !all_sound(b->deviation, b->components, 0) ||
-            !all_sound(b->left, pv_basis_rows(m, i % 2) * b->components, -2))
+        if (r->cut || !all_within(b->deviation, b->components, 0, 1e6f) ||
+            !all_within(b->left, pv_basis_rows(m, i % 2) * b->components, -1.01f, 1.01f)) /* columns have length 1 */
             result = damaged(r, "its bases are none");
         if (!result)
             result = pv_progress(r->context, (i + 1.0) / (2 * m->planes));

@@ -334,7 +334,6 @@ static void plans_are_what_they_say(void **state)
     pave_btf_plan *plan = plan_of(*state, model, PAVE_BTF_PLAN_GREEDY, 60), *fewer = NULL, *again = NULL;
     pave_btf_plan_params params = PAVE_BTF_PLAN_PARAMS_INIT;
     params.samples = 20;
-    params.noise = sqrt(pv_model_settings(model, 0, 60).noise[0]);
     assert_ok(pave_btf_plan_create(*state, model, &params, &fewer));
     assert_memory_equal(pave_btf_plan_views(plan), pave_btf_plan_views(fewer), 20 * sizeof(int32_t)); /* nested */
     assert_memory_equal(pave_btf_plan_lights(plan), pave_btf_plan_lights(fewer), 20 * sizeof(int32_t));
@@ -713,6 +712,10 @@ static void what_cannot_be_is_refused(void **state)
     expect_refused(*state, model, other, NULL, "not one pair");
     pave_btf_free(&other);
 
+    how.mode = PAVE_BTF_BEST;
+    how.samples = 5;
+    expect_refused(*state, model, btfs[0], &how, "there is none");
+    how.samples = 0;
     how.mode = PAVE_BTF_PAPER; /* errors are the prior's */
     assert_int_equal(pave_btf_reconstruct(*state, model, btfs[0], NULL, &how, &other, &errors), PAVE_ERR_ARGUMENT);
     assert_null(errors);
