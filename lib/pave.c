@@ -146,9 +146,11 @@ static pave_result hash_drawing(pave_context *context, lay_work *work)
         work->stones->drawing = work->drawing->hash;
         return PAVE_OK;
     }
-    pave_result result = pv_bitmap_create(context, work->drawing->width, work->drawing->height, 1, &bitmap);
+    int32_t depth = work->drawing->levels ? 8 : 1;
+    pave_result result = pv_bitmap_create(context, work->drawing->width, work->drawing->height, depth, &bitmap);
     if (result)
         return result;
+    bitmap.cut = work->drawing->cut;
     pv_bitmap_store(&bitmap, 0, 0, work->drawing);
     result = pv_bitmap_hash(context, &bitmap, &work->stones->drawing);
     pv_bitmap_free(&bitmap);

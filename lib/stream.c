@@ -68,8 +68,8 @@ static pave_result read_params(pv_stream *s, const pave_lay_params *given)
 
 static double bytes_a_pixel(const pv_stream *s)
 {
-    int32_t scale = s->plan.cvd.supersample;
-    return s->plan.stones.mode == PAVE_MODE_PAPER ? BYTES_A_PIXEL : BYTES_A_PIXEL + BYTES_BEST * scale * scale;
+    int32_t scale = s->plan.cvd.supersample, bytes = BYTES_A_PIXEL + (s->drawing.cut != 0);
+    return s->plan.stones.mode == PAVE_MODE_PAPER ? bytes : bytes + BYTES_BEST * scale * scale;
 }
 
 /* How far around a plane that repeats its diagram and its stones are computed, if that is done for the whole. */

@@ -36,6 +36,7 @@ none "util must not know the context" '#include [<"](pave/(context|params|image|
 none "Vulkan headers only in lib/backend/vulkan" '#include <vulkan' lib cli examples --include=*.[ch] --exclude-dir=vulkan
 none "EGL and GLES headers only in lib/backend/egl" '#include <(EGL|GLES)' lib cli examples --include=*.[ch] --exclude-dir=egl
 none "OpenImageIO only in lib/io/oiio.cpp" '#include <OpenImageIO' lib cli examples --exclude=oiio.cpp
+none "libpng and libjpeg only in lib/io/png.c and jpeg.c" '#include <(png|jpeglib)' lib cli examples --exclude=png.c --exclude=jpeg.c
 none "OpenEXR only in lib/io/exr*" '#include <openexr|#include <OpenEXR' lib cli examples --exclude='exr*.[ch]'
 none "cli and examples include <pave/...> only" '#include "(util|base|image|backend|field|cvd|stones|io)/' cli examples
 none "the library never prints, exits or touches the environment, the locale or signals" \

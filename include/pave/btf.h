@@ -167,7 +167,8 @@ PAVE_API void pave_btf_compress_params_init(pave_btf_compress_params *params, si
 /* Factors a BTF: each channel's matrix [view][light] x [texel] is replaced by its truncated singular value
  * decomposition, found by randomised subspace iteration (Halko, Martinsson and Tropp 2011) over blocks of texels, so
  * that the samples may be larger than memory. The same bytes for every number of threads; another processor may round
- * otherwise. Needs OpenBLAS when it runs (PAVE_ERR_UNSUPPORTED without). */
+ * otherwise. Needs OpenBLAS when it runs (PAVE_ERR_UNSUPPORTED without). PAVE_ERR_FORMAT names the first texel with
+ * samples that are infinite or no numbers. */
 PAVE_API pave_result pave_btf_compress(pave_context *context, const pave_btf *btf,
                                        const pave_btf_compress_params *params, pave_btf **out);
 

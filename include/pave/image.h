@@ -62,7 +62,9 @@ PAVE_API void pave_threshold_params_init(pave_threshold_params *params, size_t s
 
 /* Turns any image into a drawing: one PAVE_U8 channel, 0 (black) or 255 (white). A pixel is laid over white by its
  * alpha, colours become luma (Rec. 601, on display values), linear light is coded for display first; images named
- * otherwise than R, G and B use their first channel. NaN counts as black. Cost: one pass. */
+ * otherwise than R, G and B use their first channel. NaN counts as black. If there were greys the drawing remembers
+ * them, to a 255th, for best mode: between pixels of a smooth edge the contour is where they cross the threshold. Cost:
+ * one pass. */
 PAVE_API pave_result pave_image_threshold(pave_context *context, const pave_image *image,
                                           const pave_threshold_params *params, pave_image **out);
 

@@ -131,6 +131,9 @@ void pv_btf_mix(const pave_btf *btf, pave_direction view, pave_direction light, 
 /* Adds `weight` times what a texel sends by a mix to `sum`, a number for each channel. */
 void pv_btf_add(const pave_btf *btf, int64_t texel, const pv_mix *mix, double weight, double *sum);
 
+/* Are all of them finite? */
+int pv_all_finite(const float *values, int64_t count);
+
 /* Writes some of a texel's samples where room was made for them. */
 void pv_btf_put(pave_btf *btf, int64_t texel, int64_t first, int64_t count, const float *values);
 

@@ -21,18 +21,26 @@ typedef struct clustering {
 
 typedef struct reading {
     pv_values values;
+    int32_t index;
     int64_t count;
     float *rest; /* the other channels', for each worker */
 } reading;
 
-static void read_column(void *user, int64_t column, int32_t worker, float *const *out)
+static int read_column(void *user, int64_t column, int32_t worker, float *const *out)
 {
     const reading *r = user;
     int64_t texels = pv_btf_texels(r->values.btf), pairs = pv_model_pairs(r->values.model);
     float *to[PV_BTF_CHANNELS] = { out[0] };
     for (int32_t c = 1; c < r->values.model->planes; c++)
         to[c] = r->rest + (worker * (int64_t)r->values.model->planes + c) * pairs;
-    pv_values_read(&r->values, r->count < 2 ? 0 : column * (texels - 1) / (r->count - 1), worker, to);
+    return pv_values_read(&r->values, r->count < 2 ? 0 : column * (texels - 1) / (r->count - 1), worker, to);
+}
+
+static pave_result refuse_column(pave_context *context, void *user, int64_t column)
+{
+    const reading *r = user;
+    (void)column;
+    return pv_fail(context, PAVE_ERR_FORMAT, "material %d has samples that are infinite or no numbers", (int)r->index);
 }
 
 /* What texels differ from their mean, in the basis of left factors: S^2 / n less the outer product of the mean. */
@@ -67,14 +75,14 @@ static pave_result take_root(clustering *c, int32_t n, double *matrix)
 
 static pave_result factor_material(clustering *c, const pave_btf_model *frame, int32_t index)
 {
-    reading r = { .count = pv_btf_texels(c->btfs[index]) };
+    reading r = { .index = index, .count = pv_btf_texels(c->btfs[index]) };
     const int32_t components[1] = { COMPONENTS };
     pave_result result = pv_values_open(c->context, c->btfs[index], frame, &r.values);
     r.count = r.count < TEXELS ? r.count : TEXELS;
     if (!result)
         r.rest = pv_allocate(c->context, (size_t)pv_workers(c->context) * (size_t)frame->planes,
                              (size_t)pv_model_pairs(frame) * sizeof(float), &result);
-    const pv_columns columns = { 1, pv_model_pairs(frame), r.count, read_column, &r };
+    const pv_columns columns = { 1, pv_model_pairs(frame), r.count, read_column, refuse_column, &r };
     if (!result)
         result = pv_factor(c->context, &c->algebra, &columns, components, 0, 2, &c->factors[index]);
     if (!result) {

@@ -32,7 +32,7 @@ typedef struct work {
 } work;
 
 /* What is factored of a texel, channel by channel. */
-static void read_texel(void *user, int64_t texel, int32_t worker, float *const *out)
+static int read_texel(void *user, int64_t texel, int32_t worker, float *const *out)
 {
     const work *w = user;
     const pave_btf *btf = w->btf;
@@ -44,6 +44,14 @@ static void read_texel(void *user, int64_t texel, int32_t worker, float *const *
     for (int32_t c = 0; c < planes; c++)
         for (int64_t r = 0; r < rows; r++)
             out[c][r] = values[r * planes + c];
+    return pv_all_finite(samples, length);
+}
+
+static pave_result refuse_texel(pave_context *context, void *user, int64_t texel)
+{
+    const work *w = user;
+    return pv_fail(context, PAVE_ERR_FORMAT, "texel %lld,%lld has samples that are infinite or no numbers",
+                   (long long)(texel % w->btf->width), (long long)(texel / w->btf->width));
 }
 
 static void ask_for(const pave_btf_compress_params *params, int32_t colour, int32_t planes, int32_t *components)
@@ -60,7 +68,7 @@ static pave_result factor(pave_context *context, const pv_algebra *algebra, cons
 {
     pave_btf *out = w->out;
     int32_t planes = pv_btf_planes(out), components[PV_BTF_CHANNELS];
-    const pv_columns columns = { planes, pv_btf_rows(out), pv_btf_texels(out), read_texel, w };
+    const pv_columns columns = { planes, pv_btf_rows(out), pv_btf_texels(out), read_texel, refuse_texel, w };
     pave_result result = PAVE_OK;
     ask_for(params, out->colour, planes, components);
     w->texel = pv_allocate(context, (size_t)pv_workers(context), 2 * (size_t)pv_btf_length(out) * sizeof *w->texel,

@@ -37,9 +37,9 @@ static void read_column(void *data, int32_t index, int32_t worker)
     float *out[PV_BTF_CHANNELS];
     for (int32_t c = 0; c < columns->planes; c++)
         out[c] = w->plane[c].block + (size_t)index * (size_t)columns->rows;
-    columns->read(columns->user, w->first + index, worker, out);
+    double none = columns->read(columns->user, w->first + index, worker, out) ? 0 : NAN;
     for (int32_t c = 0; c < columns->planes; c++) {
-        double energy = 0;
+        double energy = none;
         for (int64_t r = 0; r < columns->rows; r++)
             energy += (double)out[c][r] * out[c][r];
         w->energy[index * columns->planes + c] = energy;
@@ -82,12 +82,22 @@ static void sum_stripe(void *data, int32_t index, int32_t worker)
                 (int)w->columns->rows, p->seen, p->width, 1, p->sum + (size_t)first * (size_t)p->width, p->width);
 }
 
+static pave_result check_energy(pave_context *context, const work *w)
+{
+    for (int32_t i = 0; i < w->count * w->columns->planes; i++)
+        if (!isfinite(w->energy[i]))
+            return w->columns->refuse(context, w->columns->user, w->first + i / w->columns->planes);
+    return PAVE_OK;
+}
+
 /* Reads a block of columns and looks at it through the bases. */
 static pave_result see_block(pave_context *context, work *w, double from, double to)
 {
     double half = from + 0.5 * (to - from);
     w->count = least(BLOCK, w->columns->count - w->first);
     pave_result result = pv_parallel(context, w->count, read_column, w, from, half);
+    if (!result)
+        result = check_energy(context, w);
     return result ? result : pv_parallel(context, groups(w) * w->columns->planes, see_group, w, half, to);
 }
 

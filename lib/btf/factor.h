@@ -8,7 +8,9 @@
 typedef struct pv_columns {
     int32_t planes; /* matrices, at most PV_BTF_CHANNELS */
     int64_t rows, count;
-    void (*read)(void *user, int64_t column, int32_t worker, float *const *out); /* rows of each; any thread */
+    /* Rows of each, in any thread; 0 if they are infinite or no numbers, about which `refuse` fails then. */
+    int (*read)(void *user, int64_t column, int32_t worker, float *const *out);
+    pave_result (*refuse)(pave_context *context, void *user, int64_t column);
     void *user;
 } pv_columns;
 

@@ -29,6 +29,7 @@ typedef struct fitting {
 
 typedef struct material {
     pv_values values;
+    int32_t index; /* among the others */
     int32_t patch, stride, across; /* across: patches in a row of them */
     float (*seen)[2][PV_BTF_CHANNELS];
 } material;
@@ -46,20 +47,30 @@ static void look(const material *m, int32_t worker, float *const *values)
 }
 
 /* The texels of a patch below each other; of a patch of one, what range its values have as well. */
-static void read_patch(void *user, int64_t column, int32_t worker, float *const *out)
+static int read_patch(void *user, int64_t column, int32_t worker, float *const *out)
 {
     const material *m = user;
     const pave_btf *btf = m->values.btf;
     int64_t pairs = pv_model_pairs(m->values.model);
     int64_t left = column % m->across * m->stride, top = column / m->across * m->stride;
     float *to[PV_BTF_CHANNELS];
+    int fine = 1;
     for (int32_t q = 0; q < m->patch * m->patch; q++) {
         for (int32_t c = 0; c < m->values.model->planes; c++)
             to[c] = out[c] + q * pairs;
-        pv_values_read(&m->values, (top + q / m->patch) * btf->width + left + q % m->patch, worker, to);
+        fine &= pv_values_read(&m->values, (top + q / m->patch) * btf->width + left + q % m->patch, worker, to);
     }
     if (m->patch == 1)
         look(m, worker, to);
+    return fine;
+}
+
+static pave_result refuse_patch(pave_context *context, void *user, int64_t column)
+{
+    const material *m = user;
+    int64_t x = column % m->across * m->stride, y = column / m->across * m->stride;
+    return pv_fail(context, PAVE_ERR_FORMAT, "material %d: texel %lld,%lld has samples that are infinite or no numbers",
+                   (int)m->index, (long long)x, (long long)y);
 }
 
 static int64_t places(int32_t side, int32_t patch, int32_t stride)
@@ -116,8 +127,9 @@ static pave_result fit_material(fitting *f, int32_t index, int32_t of)
     pave_btf_model *model = f->model;
     int32_t components[PV_BTF_CHANNELS];
     pv_factors factors[PV_BTF_CHANNELS];
-    material m = { .patch = patch_of(f, of), .stride = stride_of(f, of), .seen = f->seen };
-    pv_columns columns = { model->planes, pv_basis_rows(model, of), columns_of(f, btf, of), read_patch, &m };
+    material m = { .index = index, .patch = patch_of(f, of), .stride = stride_of(f, of), .seen = f->seen };
+    pv_columns columns = { model->planes, pv_basis_rows(model, of), columns_of(f, btf, of),
+                           read_patch, refuse_patch, &m };
     m.across = (int32_t)places(btf->width, m.patch, m.stride);
     pave_result result = pv_values_open(f->context, btf, model, &m.values);
     for (int32_t c = 0; c < model->planes; c++)

@@ -89,14 +89,6 @@ static pave_result find_pairs(pv_rebuild *r, const pave_btf_plan *plan)
     return result;
 }
 
-static int all_finite(const float *values, int32_t count)
-{
-    for (int32_t c = 0; c < count; c++)
-        if (!isfinite(values[c]))
-            return 0;
-    return 1;
-}
-
 static void read_texel(void *data, int32_t texel, int32_t worker)
 {
     (void)worker;
@@ -106,7 +98,7 @@ static void read_texel(void *data, int32_t texel, int32_t worker)
     float sample[PV_BTF_CHANNELS], value[PV_BTF_CHANNELS];
     for (int32_t i = 0; i < r->samples; i++) {
         pv_btf_sample(r->sparse, texel, r->given[i], sample);
-        int fine = all_finite(sample, model->channels);
+        int fine = pv_all_finite(sample, model->channels);
         r->bad[texel] |= !fine;
         pv_colour_encode(model->colour, model->least, model->channels, sample, 1, value);
         for (int32_t c = 0; c < model->planes; c++)

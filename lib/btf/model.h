@@ -91,7 +91,7 @@ typedef struct pv_values {
 
 pave_result pv_values_open(pave_context *context, const pave_btf *btf, const pave_btf_model *model, pv_values *out);
 void pv_values_close(pv_values *values);
-void pv_values_read(const pv_values *values, int64_t texel, int32_t worker, float *const *out);
+int pv_values_read(const pv_values *values, int64_t texel, int32_t worker, float *const *out); /* 0: not all finite */
 
 /* The settings for so many samples: between those of the rungs. */
 pv_rung pv_model_settings(const pave_btf_model *model, int32_t plane, double samples);

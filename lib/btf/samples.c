@@ -5,6 +5,7 @@
 #include "image/image.h"
 #include "util/half.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -56,6 +57,14 @@ void pv_btf_samples(const pave_btf *btf, int64_t texel, int64_t first, int64_t c
             memcpy(&half, from + 2 * (first + i), sizeof half);
             out[i] = pv_half_value(half);
         }
+}
+
+int pv_all_finite(const float *values, int64_t count)
+{
+    for (int64_t i = 0; i < count; i++)
+        if (!isfinite(values[i]))
+            return 0;
+    return 1;
 }
 
 void pv_btf_put(pave_btf *btf, int64_t texel, int64_t first, int64_t count, const float *values)

@@ -42,7 +42,7 @@ void pv_values_close(pv_values *values)
     values->room = NULL;
 }
 
-void pv_values_read(const pv_values *values, int64_t texel, int32_t worker, float *const *out)
+int pv_values_read(const pv_values *values, int64_t texel, int32_t worker, float *const *out)
 {
     const pave_btf *btf = values->btf;
     const pave_btf_model *model = values->model;
@@ -53,6 +53,7 @@ void pv_values_read(const pv_values *values, int64_t texel, int32_t worker, floa
     for (int32_t c = 0; c < model->planes; c++)
         for (int64_t p = 0; p < pairs; p++)
             out[c][p] = coded[p * model->planes + c] - model->mean[c * pairs + p];
+    return pv_all_finite(samples, length);
 }
 
 void pv_basis_rows_of(const pave_btf_model *model, const pv_basis *basis, int32_t places, const int32_t *pairs,

@@ -11,7 +11,7 @@ enum { CHUNK = 1 << 16 };
 
 static pv_bitmap shape(int32_t width, int32_t height, int32_t depth)
 {
-    return (pv_bitmap){ width, height, depth, ((int64_t)width * depth + 7) / 8, NULL, -1 };
+    return (pv_bitmap){ width, height, depth, 0, ((int64_t)width * depth + 7) / 8, NULL, -1 };
 }
 
 pave_result pv_bitmap_create(pave_context *context, int32_t width, int32_t height, int32_t depth, pv_bitmap *out)
@@ -66,7 +66,7 @@ static pave_result transfer(pave_context *context, const pv_bitmap *bitmap, int6
 
 void pv_bitmap_store(pv_bitmap *bitmap, int32_t x, int32_t y, const pave_image *drawing)
 {
-    const uint8_t *pixels = drawing->pixels;
+    const uint8_t *pixels = bitmap->cut && drawing->levels ? drawing->levels : drawing->pixels;
     for (int32_t row = 0; row < drawing->height; row++, pixels += drawing->width) {
         uint8_t *bits = bitmap->bits + (y + row) * bitmap->stride;
         if (bitmap->depth == 8)
@@ -110,6 +110,24 @@ static pave_result cut_run(pave_context *context, const pv_bitmap *bitmap, int32
     return result;
 }
 
+pave_result pv_bitmap_deepen(pave_context *context, const pv_bitmap *bitmap, int32_t rows, pv_bitmap *out)
+{
+    pave_result result = PAVE_OK;
+    int32_t width = bitmap->width;
+    uint8_t *scratch = pv_allocate(context, (size_t)bitmap->stride, 1, &result);
+    pv_bitmap row = { 0 };
+    if (!result)
+        result = pv_bitmap_create(context, width, 1, 8, &row);
+    for (int32_t y = 0; y < rows && !result; y++) {
+        result = cut_run(context, bitmap, 0, y, width, scratch, row.bits);
+        if (!result)
+            result = pv_bitmap_put(context, out, y, &row);
+    }
+    pv_release(row.bits);
+    pv_release(scratch);
+    return result;
+}
+
 pave_result pv_bitmap_cut(pave_context *context, const pv_bitmap *bitmap, int32_t x, int32_t y, int32_t width,
                           int32_t height, pave_image **out)
 {
@@ -126,6 +144,8 @@ pave_result pv_bitmap_cut(pave_context *context, const pv_bitmap *bitmap, int32_
             result = cut_run(context, bitmap, at, pv_modulo(y + row, bitmap->height), run, scratch, pixel);
         }
     pv_release(scratch);
+    if (!result && bitmap->cut)
+        result = pv_levels_split(context, *out, bitmap->cut);
     if (result)
         pave_image_free(out);
     else
@@ -151,7 +171,8 @@ static uint64_t hash_bytes(uint64_t hash, const uint8_t *bytes, int64_t size)
 
 pave_result pv_bitmap_hash(pave_context *context, const pv_bitmap *bitmap, uint64_t *out)
 {
-    uint64_t hash = 14695981039346656037u ^ (uint64_t)(uint32_t)bitmap->width << 32 ^ (uint32_t)bitmap->height;
+    uint64_t hash = 14695981039346656037u ^ (uint64_t)(uint32_t)bitmap->width << 32 ^ (uint32_t)bitmap->height ^
+                    (uint64_t)(uint32_t)bitmap->cut << 24;
     int64_t size = bitmap->stride * bitmap->height;
     pave_result result = PAVE_OK;
     uint8_t *scratch = bitmap->bits ? NULL : pv_allocate(context, CHUNK, 1, &result);

@@ -129,7 +129,12 @@ pave_result pv_image_repeat(pave_context *context, const pave_image *drawing, in
         return result;
     (*out)->place = (pv_place){ x, y, drawing->width, drawing->height };
     pv_repeat(&(*out)->place, drawing->pixels, 1, width, height, (*out)->pixels);
-    return PAVE_OK;
+    if (!drawing->levels)
+        return PAVE_OK;
+    result = pv_levels_new(context, *out, drawing->cut);
+    if (!result)
+        pv_repeat(&(*out)->place, drawing->levels, 1, width, height, (*out)->levels);
+    return result;
 }
 
 pave_result pave_image_create(pave_context *context, const pave_image_params *params, const void *pixels,
@@ -156,6 +161,7 @@ void pave_image_free(pave_image **image)
     if (!image || !*image)
         return;
     pv_release((*image)->pixels);
+    pv_release((*image)->levels);
     pv_release(*image);
     *image = NULL;
 }

@@ -26,6 +26,8 @@ struct pave_image {
     pv_place place;
     char names[PV_MOST_CHANNELS][PV_CHANNEL_NAME];
     void *pixels;
+    uint8_t *levels;      /* of a drawing in black and white: the greys it was made from; NULL: there were none */
+    int32_t cut;          /* with levels: white where 256 times them is more than that, which is odd */
     pave_palette palette; /* of a drawing whose pixels are its entries, */
     uint64_t hash;        /* and its name */
 };
@@ -40,6 +42,19 @@ void pv_repeat(const pv_place *plane, const void *pixels, size_t size, int32_t w
 /* widen.c: how far around a pixel of a drawing widened to so many px it depends on it, px; a part of a drawing. */
 int32_t pv_widen_reach(int32_t least);
 pave_result pv_image_crop(pave_context *context, const pave_image *drawing, pv_place part, pave_image **out);
+
+/* levels.c: the cut for a threshold, display value; the level of a display value on its side of the cut. */
+int32_t pv_level_cut(double threshold);
+uint8_t pv_level_of(double value, int white, int32_t cut);
+
+/* Room for levels beside the pixels of a drawing; they are the caller's to write. */
+pave_result pv_levels_new(pave_context *context, pave_image *drawing, int32_t cut);
+
+/* Drops levels that say no more than the pixels do. */
+void pv_levels_tidy(pave_image *drawing);
+
+/* Makes the pixels of an image its levels, and those by the cut its pixels. */
+pave_result pv_levels_split(pave_context *context, pave_image *image, int32_t cut);
 
 /* Bytes of one value of a type; 0 for an unknown type. */
 size_t pv_type_bytes(int32_t type);

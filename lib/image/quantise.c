@@ -89,7 +89,7 @@ pave_result pv_encode_image(pave_context *context, const pv_codebook *book, cons
 /* Codes are named, and not what they become, as they are what is kept. */
 static pave_result name_codes(pave_context *context, const pave_image *codes, uint64_t *hash)
 {
-    pv_bitmap bitmap = { codes->width, codes->height, 8, codes->width, codes->pixels, -1 };
+    pv_bitmap bitmap = { codes->width, codes->height, 8, 0, codes->width, codes->pixels, -1 };
     return pv_bitmap_hash(context, &bitmap, hash);
 }
 

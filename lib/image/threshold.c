@@ -21,9 +21,9 @@ void pave_threshold_params_init(pave_threshold_params *params, size_t size)
 
 typedef struct threshold_job {
     pv_pixels_of pixels;
-    uint8_t *drawing;
+    uint8_t *drawing, *levels;
     double threshold; /* on the image's own scale */
-    int32_t invert;
+    int32_t invert, cut;
 } threshold_job;
 
 enum { ROWS = 64 };
@@ -44,8 +44,10 @@ static void threshold_rows_task(void *data, int32_t band, int32_t worker)
     int64_t from = (int64_t)band * ROWS * image->width, to = from + (int64_t)ROWS * image->width;
     int64_t all = (int64_t)image->width * image->height;
     for (int64_t i = from; i < (to < all ? to : all); i++) {
-        int white = luma(&job->pixels, i) >= job->threshold; /* false for NaN */
-        job->drawing[i] = white != job->invert ? 255 : 0;
+        double v = luma(&job->pixels, i);
+        int white = (v >= job->threshold) != job->invert; /* NaN is less */
+        job->drawing[i] = white ? 255 : 0;
+        job->levels[i] = pv_level_of(job->invert ? 1 - v : v, white, job->cut);
     }
 }
 
@@ -69,12 +71,17 @@ pave_result pave_image_threshold(pave_context *context, const pave_image *image,
         return result;
 
     drawing->place = image->place;
-    threshold_job job = { pv_pixels_begin(image), drawing->pixels, params.threshold, params.invert };
+    result = pv_levels_new(context, drawing, pv_level_cut(params.invert ? 1 - params.threshold : params.threshold));
+    threshold_job job = { pv_pixels_begin(image), drawing->pixels, drawing->levels, params.threshold, params.invert,
+                          drawing->cut };
     pv_call call = pv_call_begin(context, "threshold", 0, 1);
-    result = pv_parallel(context, (image->height + ROWS - 1) / ROWS, threshold_rows_task, &job, 0, 1);
+    if (!result)
+        result = pv_parallel(context, (image->height + ROWS - 1) / ROWS, threshold_rows_task, &job, 0, 1);
     pv_call_end(context, call);
     if (result)
         pave_image_free(&drawing);
+    else
+        pv_levels_tidy(drawing);
     *out = drawing;
     return result;
 }

@@ -199,6 +199,8 @@ static void take_inner(const widening *w, int32_t around, const pave_image *draw
                 for (int k = 0; k < i; k++)
                     is = all[i] == all[k] && all[i] != was ? all[i] : is;
             ((uint8_t *)out->pixels)[at] = is;
+            if (out->levels)
+                out->levels[at] = is == was ? drawing->levels[at] : is;
         }
 }
 
@@ -222,6 +224,8 @@ pave_result pave_image_widen(pave_context *context, const pave_image *drawing, d
     shape.height = drawing->height;
     pv_call call = pv_call_begin(context, "widen", 0, 1);
     pave_result result = pv_image_new(context, &shape, out);
+    if (!result && drawing->levels)
+        result = pv_levels_new(context, *out, drawing->cut);
     if (!result)
         result = make(context, drawing, around, periodic, &w);
     if (!result) {
@@ -254,8 +258,15 @@ pave_result pv_image_crop(pave_context *context, const pave_image *drawing, pv_p
     (*out)->place.y += part.y;
     (*out)->palette = drawing->palette;
     (*out)->hash = drawing->hash;
-    for (int32_t y = 0; y < part.height; y++)
-        memcpy((uint8_t *)(*out)->pixels + (int64_t)y * part.width,
-               (const uint8_t *)drawing->pixels + (int64_t)(y + part.y) * drawing->width + part.x, (size_t)part.width);
-    return PAVE_OK;
+    if (drawing->levels)
+        result = pv_levels_new(context, *out, drawing->cut);
+    for (int32_t y = 0; y < part.height && !result; y++) {
+        int64_t to = (int64_t)y * part.width, from = (int64_t)(y + part.y) * drawing->width + part.x;
+        memcpy((uint8_t *)(*out)->pixels + to, (const uint8_t *)drawing->pixels + from, (size_t)part.width);
+        if (drawing->levels)
+            memcpy((*out)->levels + to, drawing->levels + from, (size_t)part.width);
+    }
+    if (result)
+        pave_image_free(out);
+    return result;
 }

@@ -47,6 +47,65 @@ static pave_result read_image(pave_context *context, const pv_blocks *blocks, pa
     return result;
 }
 
+/* In memory if it is small beside the room there is, else in a file. */
+static pave_result create_bitmap(pave_context *context, const pv_blocks *blocks, const pv_target *target,
+                                 int32_t depth, pv_bitmap *out)
+{
+    const pave_image_params *shape = &blocks->shape;
+    const pv_room *room = target->room;
+    if (blocks->at_once > room->bytes)
+        return pv_fail(context, PAVE_ERR_LIMIT,
+                       "%s: is decoded with %lld bytes at once, and memory leaves %lld; save it as TIFF in tiles",
+                       blocks->path, (long long)blocks->at_once, (long long)room->bytes);
+    if (((int64_t)shape->width * depth + 7) / 8 * shape->height <= room->bytes / SHARE)
+        return pv_bitmap_create(context, shape->width, shape->height, depth, out);
+    int file = pv_output_scratch(room->beside);
+    if (file < 0)
+        return pv_fail(context, PAVE_ERR_IO, "%s: no temporary file can be made beside it: %s", room->beside,
+                       pv_system_error(errno));
+    return pv_bitmap_create_in(context, shape->width, shape->height, depth, file, out);
+}
+
+/* Levels instead of bits, in a bitmap whose first rows are there. */
+static pave_result deepen(pave_context *context, int32_t rows, int32_t cut, pv_bitmap *deep, pv_bitmap *bitmap)
+{
+    pave_result result = pv_bitmap_deepen(context, bitmap, rows, deep);
+    if (result)
+        return result;
+    deep->cut = cut;
+    pv_bitmap_free(bitmap);
+    *bitmap = *deep;
+    *deep = (pv_bitmap){ .file = -1 };
+    return PAVE_OK;
+}
+
+static pave_result deepen_band(pave_context *context, int32_t cut, pv_bitmap *band)
+{
+    pv_bitmap deep;
+    pave_result result = pv_bitmap_create(context, band->width, band->height, 8, &deep);
+    if (!result)
+        result = deepen(context, band->height, cut, &deep, band);
+    pv_bitmap_free(&deep);
+    return result;
+}
+
+/* A drawing is kept as bits until the first grey is met. */
+static pave_result put_band(pave_context *context, const pv_blocks *blocks, const pv_target *target, int32_t y,
+                            pv_bitmap *band)
+{
+    pave_result result = PAVE_OK;
+    pv_bitmap *drawing = target->drawing, deep = { .file = -1 };
+    if (band->cut && !drawing->cut) {
+        result = create_bitmap(context, blocks, target, 8, &deep);
+        if (!result)
+            result = deepen(context, y, band->cut, &deep, drawing);
+        pv_bitmap_free(&deep);
+    } else if (drawing->cut && !band->cut) {
+        result = deepen_band(context, drawing->cut, band);
+    }
+    return result ? result : pv_bitmap_put(context, drawing, y, band);
+}
+
 /* A part into a band of the bitmap, or into the histogram. */
 static pave_result take_part(pave_context *context, const pv_blocks *blocks, pv_rect part, const pv_target *target,
                              pv_bitmap *band)
@@ -67,7 +126,9 @@ static pave_result take_part(pave_context *context, const pv_blocks *blocks, pv_
         result = target->book ? pv_encode_image(context, target->book, image, &drawing)
                               : pave_image_threshold(context, image, target->threshold, &drawing);
     pv_call_end(context, call);
-    if (drawing)
+    if (drawing && drawing->levels && !band->cut)
+        result = deepen_band(context, drawing->cut, band);
+    if (drawing && !result)
         pv_bitmap_store(band, part.x, 0, drawing);
     pave_image_free(&drawing);
     pave_image_free(&image);
@@ -86,30 +147,9 @@ static pave_result read_band(pave_context *context, const pv_blocks *blocks, int
         result = take_part(context, blocks, (pv_rect){ x, y, columns, rows }, target, &band);
     }
     if (!result && target->drawing)
-        result = pv_bitmap_put(context, target->drawing, y, &band);
+        result = put_band(context, blocks, target, y, &band);
     pv_bitmap_free(&band);
     return result;
-}
-
-/* In memory if it is small beside the room there is, else in a file. */
-static pave_result create_bitmap(pave_context *context, const pv_blocks *blocks, const pv_target *target)
-{
-    const pave_image_params *shape = &blocks->shape;
-    const pv_room *room = target->room;
-    if (blocks->at_once > room->bytes)
-        return pv_fail(context, PAVE_ERR_LIMIT,
-                       "%s: is decoded with %lld bytes at once, and memory leaves %lld; save it as TIFF in tiles",
-                       blocks->path, (long long)blocks->at_once, (long long)room->bytes);
-    int32_t depth = target->book ? 8 : 1;
-    if (!target->drawing)
-        return PAVE_OK;
-    if (((int64_t)shape->width * depth + 7) / 8 * shape->height <= room->bytes / SHARE)
-        return pv_bitmap_create(context, shape->width, shape->height, depth, target->drawing);
-    int file = pv_output_scratch(room->beside);
-    if (file < 0)
-        return pv_fail(context, PAVE_ERR_IO, "%s: no temporary file can be made beside it: %s", room->beside,
-                       pv_system_error(errno));
-    return pv_bitmap_create_in(context, shape->width, shape->height, depth, file, target->drawing);
 }
 
 static pave_result read_drawing(pave_context *context, const pv_blocks *blocks, const pv_target *target)
@@ -119,7 +159,8 @@ static pave_result read_drawing(pave_context *context, const pv_blocks *blocks, 
     int32_t rows = steps(blocks->rows, pixel_bytes(blocks) * columns, shape->height);
     pave_result result = pv_check_size(context, blocks->path, shape->width, shape->height);
     if (!result)
-        result = create_bitmap(context, blocks, target);
+        result = target->drawing ? create_bitmap(context, blocks, target, target->book ? 8 : 1, target->drawing)
+                                 : PAVE_OK;
     for (int32_t y = 0; y < shape->height && !result; y += rows) {
         rows = rows < shape->height - y ? rows : shape->height - y;
         result = read_band(context, blocks, y, rows, target);

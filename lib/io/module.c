@@ -48,7 +48,7 @@ pave_result pv_module_load(pave_context *context, const char *path, pv_module *o
         handle = open_if_there(PAVE_MODULE_DIR, "");
     if (!handle) {
         const char *reason = dlerror();
-        return pv_fail(context, PAVE_ERR_UNSUPPORTED, "%s: images other than OpenEXR need the module pave-oiio.so: %s",
+        return pv_fail(context, PAVE_ERR_UNSUPPORTED, "%s: images of this kind need the module pave-oiio.so: %s",
                        path, reason ? reason : "it is not installed beside libpave or in " PAVE_MODULE_DIR);
     }
     pv_codec_entry entry = (pv_codec_entry)(uintptr_t)dlsym(handle, "pave_oiio_codec");

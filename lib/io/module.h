@@ -1,8 +1,8 @@
-/* The module for images other than OpenEXR, loaded when one is met. */
+/* The module for images other than OpenEXR, PNG and JPEG, loaded when one is met. */
 #pragma once
 
 #include "base/context.h"
-#include "io/oiio.h"
+#include "io/codec.h"
 
 typedef struct pv_module {
     void *handle;

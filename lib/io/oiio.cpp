@@ -1,5 +1,5 @@
 // The module pave-oiio.so: image files in memory to pixels and back, through OpenImageIO.
-#include "io/oiio.h"
+#include "io/codec.h"
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
@@ -82,8 +82,6 @@ struct pv_codec_job {
     std::unique_ptr<ImageOutput> output;
     ImageSpec spec;
     TypeDesc type;
-    int next = 0;    // the row to write next
-    size_t head = 0; // bytes of file before the first row
 };
 
 namespace {
@@ -150,8 +148,8 @@ void describe(const ImageSpec &spec, pv_picture *picture)
     std::snprintf(picture->names, sizeof picture->names, "%s", names.c_str());
 }
 
-pave_result decode(const char *format, const pv_codec_file *file, pv_picture *picture, pv_codec_job **out,
-                   char *text) noexcept
+pave_result decode(pave_context *, const char *format, const pv_codec_file *file, pv_picture *picture,
+                   pv_codec_job **out, char *text) noexcept
 {
     *out = nullptr;
     return guarded(text, [&] {
@@ -207,8 +205,6 @@ ImageSpec spec_of(const char *format, const pv_picture &picture)
     spec.alpha_channel = picture.alpha;
     spec.attribute("oiio:UnassociatedAlpha", 1);
     spec.attribute("oiio:ColorSpace", picture.linear ? "Linear" : "sRGB");
-    if (!std::strcmp(format, "jpeg"))
-        spec.attribute("Compression", "jpeg:92");
     if (!std::strcmp(format, "tiff")) {
         spec.attribute("Compression", "zip");
         spec.attribute("tiff:write_exif", 0);
@@ -216,7 +212,7 @@ ImageSpec spec_of(const char *format, const pv_picture &picture)
     return spec;
 }
 
-pave_result encode(const char *format, const pv_picture *picture, pv_codec_sink function, void *user,
+pave_result encode(pave_context *, const char *format, const pv_picture *picture, pv_codec_sink function, void *user,
                    pv_codec_job **out, char *text) noexcept
 {
     *out = nullptr;
@@ -231,7 +227,6 @@ pave_result encode(const char *format, const pv_picture *picture, pv_codec_sink 
         job->output->set_ioproxy(job->file.get());
         if (!job->output->open(std::string("memory.") + format, job->spec))
             return tell(text, job->output->geterror()), PAVE_ERR_UNSUPPORTED;
-        job->head = job->file->size();
         *out = job.release();
         return PAVE_OK;
     });
@@ -240,7 +235,6 @@ pave_result encode(const char *format, const pv_picture *picture, pv_codec_sink 
 pave_result write(pv_codec_job *job, int32_t from, int32_t to, const void *pixels, char *text) noexcept
 {
     return guarded(text, [&] {
-        job->next = to;
         if (job->output->write_scanlines(from, to, 0, job->type, pixels))
             return PAVE_OK;
         return tell(text, job->output->geterror()), PAVE_ERR_IO;
@@ -250,23 +244,10 @@ pave_result write(pv_codec_job *job, int32_t from, int32_t to, const void *pixel
 pave_result finish(pv_codec_job *job, char *text) noexcept
 {
     return guarded(text, [&] {
-        job->head = 0;
         if (job->output->close())
             return PAVE_OK;
         return tell(text, job->output->geterror()), PAVE_ERR_IO;
     });
-}
-
-// libpng prints to stderr when it is closed before it wrote any of the picture. Noise soon fills its buffer.
-void let_png_begin(pv_codec_job *job)
-{
-    std::vector<unsigned char> noise(size_t(job->spec.scanline_bytes()));
-    uint32_t state = 1;
-    for (unsigned char &byte : noise)
-        byte = (unsigned char)((state = state * 1664525 + 1013904223) >> 24);
-    for (int y = job->next; y < job->spec.height && job->file->size() == job->head; y++)
-        if (!job->output->write_scanline(y, 0, TypeDesc(), noise.data()))
-            break;
 }
 
 void close(pv_codec_job *job) noexcept
@@ -274,8 +255,6 @@ void close(pv_codec_job *job) noexcept
     char text[PV_CODEC_TEXT];
     std::unique_ptr<pv_codec_job> closed(job);
     guarded(text, [&] {
-        if (job->output && job->head && !std::strcmp(job->output->format_name(), "png"))
-            let_png_begin(job);
         closed.reset();
         return PAVE_OK;
     });

@@ -1,4 +1,4 @@
-/* Images through the module: vetted, decoded part by part, put upright; and encoded in bands. */
+/* Images through codecs: vetted, decoded part by part, put upright; and encoded in bands. */
 #include "io/raster.h"
 
 #include "io/convert.h"
@@ -12,8 +12,20 @@
 enum { BAND_BYTES = 1 << 22 };
 static const double vetting = 0.3; /* share of the time */
 
+/* CMYK is left to the module, which makes RGB of it. */
+static pave_result find_codec(pave_context *context, const char *path, const char *format, int32_t channels,
+                              pv_module *out)
+{
+    *out = (pv_module){ NULL, !strcmp(format, "png") ? &pv_png : NULL };
+    if (!strcmp(format, "jpeg") && channels != 4)
+        out->codec = &pv_jpeg;
+    return out->codec ? PAVE_OK : pv_module_load(context, path, out);
+}
+
 static pave_result refused(pave_context *context, const char *path, pave_result result, const char *text)
 {
+    if (!*text)
+        return result;
     return result == PAVE_ERR_FORMAT ? pv_fail(context, result, "%s: cannot be decoded: %s", path, text)
                                      : pv_fail(context, result, "%s: the image codec failed: %s", path, text);
 }
@@ -74,7 +86,7 @@ static pave_result decode(decoding *d, const pv_target *target)
     char text[PV_CODEC_TEXT];
     pv_blocks blocks;
     pv_codec_file file = { d->file->piece_count ? NULL : d->file->bytes, d->file->size, give, d->file };
-    pave_result result = d->codec->decode(d->file->format, &file, &d->picture, &d->job, text);
+    pave_result result = d->codec->decode(d->context, d->file->format, &file, &d->picture, &d->job, text);
     if (result)
         return undecodable(d, result, text);
     result = describe_blocks(d, &blocks);
@@ -90,7 +102,7 @@ static pave_result load_and_decode(pave_context *context, pv_encoded *file, cons
     if (!target->image && file->orientation >= 2 && file->orientation <= 8)
         return pv_fail(context, PAVE_ERR_UNSUPPORTED, "%s: lies on its side; turn it upright before it is laid in "
                        "windows", file->path);
-    pave_result result = pv_module_load(context, file->path, &module);
+    pave_result result = find_codec(context, file->path, file->format, file->channels, &module);
     if (result)
         return result;
     decoding d = { .context = context, .codec = module.codec, .file = file };
@@ -132,11 +144,12 @@ pave_result pv_raster_open(pave_context *context, const char *path, const char *
         return result;
     raster->context = context;
     raster->path = path;
-    result = pv_module_load(context, path, &raster->module);
+    result = find_codec(context, path, format, picture->channels, &raster->module);
     if (!result)
         result = pv_output_open(context, path, 1, &raster->output);
     if (!result) {
-        result = raster->module.codec->encode(format, picture, sink, raster->output, &raster->job, raster->text);
+        const pv_codec *codec = raster->module.codec;
+        result = codec->encode(context, format, picture, sink, raster->output, &raster->job, raster->text);
         if (result)
             refused(context, path, result, raster->text);
     }

@@ -1,9 +1,9 @@
-/* Images through the module: PNG, JPEG, TIFF, PNM, WebP in; PNG, JPEG, TIFF out. */
+/* Images through codecs: PNG, JPEG, TIFF, PNM, WebP in; PNG, JPEG, TIFF out. */
 #pragma once
 
 #include "io/drawing.h"
 #include "io/input.h"
-#include "io/oiio.h"
+#include "io/codec.h"
 
 pave_result pv_raster_read(pave_context *context, pv_input *input, const pv_target *target);
 

@@ -22,7 +22,7 @@ static pave_result trace(pave_context *context, const pv_work *w, pv_tess *tess)
 {
     pave_result result = PAVE_OK;
     pv_pieces pieces = { 0 };
-    pv_tess_place place = { 0, 0, 1, w->side / 2, { 0, 0 } };
+    pv_tess_place place = { 0, 0, 1, w->side / 2, { 0, 0 }, NULL };
     if (w->period)
         place.period = (pv_cell){ w->period->width, w->period->height };
     pv_label_image image = { .width = w->width, .height = w->height, .labels = w->cvd->labels,
@@ -179,8 +179,9 @@ static pave_result shape(pave_context *context, const pv_work *w, pv_tess *tess)
     pv_assign_params assign = { block, 65, 35 };
     shaping s = { w, 0.12, 0.4 };
     int32_t step = (int32_t)(side / 8), shortest = (int32_t)(least / 8);
-    pv_realise_params draw = { block, 24, (int32_t)(side / 2), step, (int32_t)(least / 4), shortest, 0, pull, &s };
-    pv_realise_params settle = { block, 6, (int32_t)(side / 4), step, (int32_t)(least / 5), shortest, 0, NULL, NULL };
+    pv_realise_params draw = { block, 24, (int32_t)(side / 2), step, (int32_t)(least / 4), shortest, 0, 0, pull, &s };
+    pv_realise_params settle = { block, 6, (int32_t)(side / 4), step, (int32_t)(least / 5), shortest, 0, 0, NULL,
+                                 NULL };
     pave_result result = pv_tess_collapse(context, tess, (int64_t)(least / 5), 4, 3);
     if (!result)
         result = pv_assign_flats(context, &assign, tess, 0.2, 0.3);

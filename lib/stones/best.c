@@ -13,7 +13,9 @@
 #include <math.h>
 #include <string.h>
 
-enum { MATCH_CELLS = 8, REALISE_CELLS = 6, ROUNDS = 5, COLLAPSES = 3 };
+enum { MATCH_CELLS = 8, REALISE_CELLS = 6, ROUNDS = 6, COLLAPSES = 3 };
+
+enum { MOST_AREA = 960 }; /* of a face that grows, hundredths of a half side squared: 2.4 mean stones */
 
 /* Lengths of the tessellation that follow from the size of stones. */
 static int64_t half_side(const pave_cvd *cvd)
@@ -25,7 +27,8 @@ static int64_t half_side(const pave_cvd *cvd)
  * crack; sides collapse if they are the shortest among faces' neighbours. */
 static double reach_before_blocks(double radius)
 {
-    double cell = 2 * radius, pieces = (2 * PV_PIECES_ROUNDS + 1) * cell, chains = PV_CONTOUR_REACH + 2 + 4 * cell;
+    double cell = 2 * radius, pieces = (2 * PV_PIECES_ROUNDS + 1) * cell;
+    double chains = PV_CONTOUR_REACH + PV_SMOOTH_REACH + 2 + 4 * cell;
     return pieces + chains + 2 * COLLAPSES * cell;
 }
 
@@ -91,7 +94,8 @@ static pave_result trace(pave_context *context, const pave_image *drawing, const
 {
     pv_pieces pieces;
     pv_rect region = region_of(cvd, params);
-    pv_tess_place place = { region.x, region.y, cvd->scale, cvd->params.half_side, { 0, 0 } };
+    pv_tess_place place = { region.x, region.y, cvd->scale, cvd->params.half_side, { 0, 0 },
+                            drawing->levels ? drawing : NULL };
     if (cvd->repeats)
         place.period = (pv_cell){ cvd->place.width / cvd->scale, cvd->place.height / cvd->scale };
     pave_result result = split(context, drawing, cvd, region, params->thin == PAVE_THIN_DROP, &pieces);
@@ -119,7 +123,7 @@ enum { TASK = 256 };
 
 /* Losses of a cell's area for which one stone of four corners is kept. A wedge beside a bent contour eats the edge of
  * the drawing; among stones of one colour it is hardly seen. */
-#define LOSS_INSIDE 0.115
+#define LOSS_INSIDE 0.125
 #define LOSS_AT_CONTOUR 0.087
 #define LOSS_AT_BEND 0.02
 #define LOSS_PARTED 0.06
@@ -365,7 +369,7 @@ pave_result pv_best_tess(pave_context *context, const pave_image *drawing, const
     int64_t h = half_side(cvd);
     pv_assign_params assign = { 2 * h * MATCH_CELLS, 75, 24 };
     pv_realise_params realise = { 2 * h * REALISE_CELLS, ROUNDS, (int32_t)h, (int32_t)(h / 5), (int32_t)(h / 4),
-                                  (int32_t)(h / 8), (int32_t)(h / 17), NULL, NULL };
+                                  (int32_t)(h / 8), (int32_t)(h / 17), MOST_AREA * h * h / 100, NULL, NULL };
     pave_result result = trace(context, drawing, cvd, params, out);
     if (!result)
         result = pv_tess_collapse(context, out, h / 2, 4, COLLAPSES);

@@ -2,14 +2,20 @@
  * other's; through the gates go the lines that fit as many of them as there are around each place. */
 #include "stones/contour.h"
 
+#include "image/image.h"
+
 #include <math.h>
 #include <string.h>
 
-/* A gate: the middle of a crack of the drawing, px from the origin. */
+/* A gate: the middle of a crack of the drawing, px from the origin; or where the drawing's greys say the edge is. */
 typedef struct gate {
     double x, y;
-    int upright; /* the crack is */
+    int upright;  /* the crack is */
+    double crack; /* where that lies, across it */
+    double give;  /* how far a line may miss the place, of the way from centre to centre */
 } gate;
+
+#define SMOOTH_GIVE 0.3
 
 enum { REACH = PV_CONTOUR_REACH };
 
@@ -66,13 +72,25 @@ static gate gate_of(const sketch *s, int32_t x, int32_t y, int32_t way)
     x = x - (way == 4) + s->left;
     y = y - (way == 2) + s->top;
     double half = 0.5;
-    return upright ? (gate){ (double)x / scale, floor_by(y, scale) + half, 1 }
-                   : (gate){ floor_by(x, scale) + half, (double)y / scale, 0 };
+    return upright ? (gate){ (double)x / scale, floor_by(y, scale) + half, 1, (double)x / scale, 1 }
+                   : (gate){ floor_by(x, scale) + half, (double)y / scale, 0, (double)y / scale, 1 };
+}
+
+/* Moves a gate to where the edge of a smooth drawing is. */
+static void find_edge(const sketch *s, gate *g)
+{
+    const pave_image *drawing = s->place->drawing;
+    double way, *across = g->upright ? &g->x : &g->y;
+    if (!drawing || floor(g->crack) < g->crack ||
+        !pv_isoline(drawing, s->x + (int32_t)floor(g->x), s->y + (int32_t)floor(g->y), g->upright, &way))
+        return;
+    *across += way;
+    g->give = SMOOTH_GIVE;
 }
 
 static int same_gate(const gate *a, const gate *b)
 {
-    return a->upright == b->upright && a->x == b->x && a->y == b->y;
+    return a->upright == b->upright && a->crack == b->crack && (a->upright ? a->y == b->y : a->x == b->x);
 }
 
 /* The next gates along a contour between two colours, from a lattice point on; it ends where a third colour comes. */
@@ -86,7 +104,8 @@ static int32_t follow(const sketch *s, int32_t x, int32_t y, int32_t way, int32_
         if (!count || !same_gate(&g, &out[count - 1])) {
             if (count == most)
                 return count;
-            out[count++] = g;
+            out[count] = g;
+            find_edge(s, &out[count++]);
         }
         x += (way == 0) - (way == 4);
         y += (way == 6) - (way == 2);
@@ -133,7 +152,7 @@ static double offset(const line *l, double x, double y)
 static double miss(const line *l, const gate *g, double half)
 {
     double along = fabs(g->upright ? l->dy : l->dx);
-    return fabs(offset(l, g->x, g->y)) - half * along;
+    return fabs(offset(l, g->x, g->y)) - half * g->give * along;
 }
 
 static int goes_through(const line *l, const gate *g, int32_t count)
@@ -252,19 +271,25 @@ typedef struct bend {
     double sharp, x, y;
 } bend;
 
+/* No corner is between two gates in a row, or side by side. */
+static int goes_straight(const gate *a, const gate *b)
+{
+    return a->upright == b->upright && (a->crack == b->crack || (a->upright ? a->y == b->y : a->x == b->x));
+}
+
 /* A corner between gates i-1 and i of all: how sharp, and where. 0: none. */
 static double corner_before(const gate *g, int32_t count, int32_t i, bend *out)
 {
     line a = { 0, 0, 0, 0 }, b = a;
-    if (i < 2 || i + 2 > count || (g[i].upright == g[i - 1].upright && (g[i].x == g[i - 1].x || g[i].y == g[i - 1].y)))
+    if (i < 2 || i + 2 > count || goes_straight(&g[i - 1], &g[i]))
         return 0;
     int32_t back = line_from(g, count, i - 1, -1, &a), on = line_from(g, count, i, 1, &b);
     double cosine = -(a.dx * b.dx + a.dy * b.dy), cross = a.dx * b.dy - a.dy * b.dx;
     if (back < 2 || on < 2 || cosine > (back > 2 && on > 2 ? 0.85 : 0.5))
         return 0;
     /* the lattice point that both cracks end at */
-    double px = g[i].upright ? g[i].x : g[i - 1].upright ? g[i - 1].x : (g[i].x + g[i - 1].x) / 2;
-    double py = !g[i].upright ? g[i].y : !g[i - 1].upright ? g[i - 1].y : (g[i].y + g[i - 1].y) / 2;
+    double px = g[i].upright ? g[i].crack : g[i - 1].upright ? g[i - 1].crack : (g[i].x + g[i - 1].x) / 2;
+    double py = !g[i].upright ? g[i].crack : !g[i - 1].upright ? g[i - 1].crack : (g[i].y + g[i - 1].y) / 2;
     double t = fabs(cross) > 1e-3 ? ((b.x - a.x) * b.dy - (b.y - a.y) * b.dx) / cross : 0;
     int known = fabs(cross) > 1e-3;
     *out = (bend){ i, cross < 0, (back + on) * (1 - cosine), known ? limit(a.x + t * a.dx, px - 0.7, px + 0.7) : px,
@@ -463,7 +488,7 @@ static pave_result read_gates(sketch *s, const pv_chain *c)
     for (int32_t i = 0; i < c->length; i++) {
         gate g = gate_of(s, s->xy[2 * i], s->xy[2 * i + 1], way_between(s->xy + 2 * i));
         if (!n || !same_gate(&g, &s->gates[n - 1]))
-            s->gates[n++] = g;
+            s->gates[n] = g, find_edge(s, &s->gates[n++]);
         else if (i == 0)
             s->before--;
     }

@@ -13,7 +13,14 @@ typedef struct pv_outline {
     uint8_t *rough;    /* chains that have one bend in their middle: 1; that are kept crack by crack: 2 */
 } pv_outline;
 
-enum { PV_CONTOUR_REACH = 12 }; /* px along the contour that a place on it depends on */
+enum {
+    PV_CONTOUR_REACH = 12, /* px along the contour that a place on it depends on */
+    PV_SMOOTH_REACH = 3    /* px around an edge that tell whether it is smooth */
+};
+
+/* isoline.c: is the edge of a drawing between the pixels on the left and on the right of (x, y), if it is upright, or
+ * else above and below, a smooth one? Then the way from the middle to where it is, px. */
+int pv_isoline(const struct pave_image *drawing, int32_t x, int32_t y, int upright, double *way);
 
 /* Straight chains between pieces of one colour; between colours the contour: a line that leaves the pixels of either
  * colour on their side wherever their edge is smooth, and keeps corners. */

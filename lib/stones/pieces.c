@@ -35,18 +35,19 @@ static void expand_colours(const pv_label_image *image, int32_t y, uint8_t *row)
     }
 }
 
-/* The runs of a row; only counted if `out` is NULL. */
-static int64_t row_runs(const int32_t *labels, const uint8_t *colours, int32_t width, run *out)
+static int64_t count_runs(const int32_t *labels, const uint8_t *colours, int32_t width)
 {
-    int64_t count = 0;
-    for (int32_t x = 0; x < width; x++) {
-        if (x && labels[x] == labels[x - 1] && colours[x] == colours[x - 1])
-            continue;
-        if (out)
-            out[count] = (run){ x, 0, (int64_t)labels[x] * 256 + colours[x] };
-        count++;
-    }
+    int32_t count = 1;
+    for (int32_t x = 1; x < width; x++)
+        count += (labels[x] != labels[x - 1]) | (colours[x] != colours[x - 1]);
     return count;
+}
+
+static void find_runs(const int32_t *labels, const uint8_t *colours, int32_t width, run *out)
+{
+    for (int32_t x = 0; x < width; x++)
+        if (!x || labels[x] != labels[x - 1] || colours[x] != colours[x - 1])
+            *out++ = (run){ x, 0, (int64_t)labels[x] * 256 + colours[x] };
 }
 
 static pave_result read_runs(work *w, const pv_label_image *image)
@@ -60,9 +61,10 @@ static pave_result read_runs(work *w, const pv_label_image *image)
             if (image->colours)
                 expand_colours(image, y, colours);
             const int32_t *labels = image->labels + (int64_t)y * image->stride;
-            int64_t count = row_runs(labels, colours, w->width, pass ? w->runs + w->row[y] : NULL);
-            if (!pass)
-                w->row[y + 1] = w->row[y] + count;
+            if (pass)
+                find_runs(labels, colours, w->width, w->runs + w->row[y]);
+            else
+                w->row[y + 1] = w->row[y] + count_runs(labels, colours, w->width);
             if (y % 256 == 0)
                 result = pv_progress(w->context, 0.02 * (pass + (double)y / w->height));
         }

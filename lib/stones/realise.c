@@ -23,24 +23,26 @@ static int is_convex(const pv_cell *ring, int32_t count)
 
 enum { SHORT_RING = 48 };
 
-static int face_fits(const pv_tess *tess, int32_t face, int32_t vertex, pv_cell there)
+/* A face with a vertex elsewhere: is it simple, and no larger than it may be unless it was? */
+static int face_fits(const pv_tess *tess, int64_t place, pv_cell there, int64_t most)
 {
     pv_cell ring[SHORT_RING];
-    int32_t count = pv_tess_size(tess, face), at = -1;
+    int32_t face = tess->face_of[place], count = pv_tess_ring(tess, face, ring, SHORT_RING);
+    int32_t at = (int32_t)(place - tess->first[face]);
     if (count > SHORT_RING)
         return 0;
-    for (int32_t i = 0; i < count; i++) {
-        int32_t v = tess->corner[tess->first[face] + i];
-        ring[i] = v == vertex ? there : tess->at[v];
-        at = v == vertex ? i : at;
-    }
+    pv_cell a = ring[at ? at - 1 : count - 1], b = ring[at + 1 < count ? at + 1 : 0];
+    int grows = pv_cell_turn(a, there, b) > pv_cell_turn(a, ring[at], b);
+    ring[at] = there;
+    if (most && grows && pv_ring_area(ring, count) > 2 * most)
+        return 0;
     return is_convex(ring, count) || pv_ring_valid_at(ring, count, at);
 }
 
-int pv_tess_fits(const pv_tess *tess, int32_t vertex, pv_cell there)
+static int fits(const pv_tess *tess, int32_t vertex, pv_cell there, int64_t most)
 {
     for (int64_t s = tess->star[vertex]; s < tess->star[vertex + 1]; s++)
-        if (!face_fits(tess, tess->face_of[tess->spoke[s]], vertex, there))
+        if (!face_fits(tess, tess->spoke[s], there, most))
             return 0;
     return 1;
 }
@@ -272,7 +274,7 @@ static int gets_short(const realising *r, int32_t v, pv_cell there)
     return 0;
 }
 
-/* As far as can be. */
+/* As far as can be, in finer steps where faces have a size to keep to. */
 static void move(const crew *c, int32_t i)
 {
     const pv_realise_params *params = c->r->params;
@@ -283,11 +285,11 @@ static void move(const crew *c, int32_t i)
     double way = length_of(dx, dy), shorter = way > params->step ? params->step / way : 1;
     pv_cell here = tess->at[v], origin = c->r->origin[v];
     dx *= shorter, dy *= shorter;
-    for (int halving = 0; halving < 3; halving++, dx /= 2, dy /= 2) {
+    for (int halving = 0; halving < (params->most ? 4 : 3); halving++, dx /= 2, dy /= 2) {
         pv_cell there = { limited(here.x, dx, origin.x, reach), limited(here.y, dy, origin.y, reach) };
         if (abs(there.x - here.x) + abs(there.y - here.y) < STILL)
             return;
-        if (gets_short(c->r, v, there) || !pv_tess_fits(tess, v, there))
+        if (gets_short(c->r, v, there) || !fits(tess, v, there, params->most))
             continue;
         tess->at[v] = there;
         return;

@@ -18,12 +18,10 @@ typedef struct pv_realise_params {
     int32_t apart; /* whole sides of faces that are shorter than this push their ends apart, */
     int32_t least; /* and do not become shorter than this, grid units */
     int32_t sway;  /* grid units */
+    int64_t most;  /* faces do not become larger than this, square grid units; 0: as large as they like */
     pv_pull *pull; /* NULL: nothing */
     const void *user;
 } pv_realise_params;
 
 pave_result pv_realise_flats(pave_context *context, const pv_realise_params *params, pv_tess *tess, double from,
                              double to);
-
-/* Would all faces around a vertex be simple and counter-clockwise with the vertex there? */
-int pv_tess_fits(const pv_tess *tess, int32_t vertex, pv_cell there);

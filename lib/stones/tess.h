@@ -4,6 +4,8 @@
 #include "stones/pieces.h"
 #include "util/polygon.h"
 
+struct pave_image;
+
 enum { PV_GRID = 1000 }; /* grid units a px: what every output format carries exactly */
 
 /* What a vertex is. */
@@ -40,6 +42,7 @@ typedef struct pv_tess_place {
     int32_t x, y, scale;
     double slide;
     pv_cell period; /* px, of a plane that repeats; 0: it does not */
+    const struct pave_image *drawing; /* whose levels tell where edges are; NULL: between pixels is all there is */
 } pv_tess_place;
 
 static inline int32_t pv_tess_size(const pv_tess *tess, int32_t face)
@@ -76,7 +79,6 @@ pave_result pv_tess_check(pave_context *context, const pv_tess *tess);
 void pv_tess_free(pv_tess *tess);
 
 /* best.c: the tessellation that the stones of a diagram are cut from. */
-struct pave_image;
 struct pave_cvd;
 struct pave_stones_params;
 pave_result pv_best_tess(pave_context *context, const struct pave_image *drawing, const struct pave_cvd *cvd,

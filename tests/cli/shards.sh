@@ -71,7 +71,7 @@ for x in (0, 1024):
     strip.paste(Image.open(sys.argv[1]).crop((0, 200, 1024, 360)), (x, 0))
 strip.save("strip.png")' drawing.png
 "$pave" lay strip.png --mode best --half-side 1 --iterations 1 --quiet -o best.svg
-shard=$("$pave" plan strip.png --mode best --half-side 1 --iterations 1 --memory 172M -o best.json)
+shard=$("$pave" plan strip.png --mode best --half-side 1 --iterations 1 --memory 173M -o best.json)
 [ "$shard" -gt 3 ] || fail "best mode has only $shard shards"
 while [ "$shard" -gt 0 ]; do
   shard=$((shard - 1))

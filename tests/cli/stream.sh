@@ -55,9 +55,9 @@ for x in (0, 1024):
 strip.save("strip.png")' "$drawing"
 best="--mode best --half-side 1 --iterations 2 --thin widen --thin-width 3 --quiet"
 "$pave" lay strip.png $best -o best.svg
-"$pave" lay strip.png $best --memory 172M -o parts.svg
+"$pave" lay strip.png $best --memory 173M -o parts.svg
 cmp best.svg parts.svg || fail "window by window best mode differs"
-"$pave" plan strip.png $best --memory 172M -o plan.json
+"$pave" plan strip.png $best --memory 173M -o plan.json
 /usr/bin/python3 -c '
 import json
 assert len(json.load(open("plan.json"))["windows"]) > 3' || fail "the plan for best mode has too few windows"

@@ -13,7 +13,7 @@ fail() {
   failed=1
 }
 if [ ! -e "$build/lib/pave/pave-oiio.so" ]; then
-  echo "skipped: built without the module that reads PNG"
+  echo "skipped: built without the module that writes TIFF"
   exit 77
 fi
 /usr/bin/python3 - <<'END'

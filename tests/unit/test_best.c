@@ -157,6 +157,110 @@ static pave_stones *lay(pave_context *context, const pave_image *drawing, double
     return stones;
 }
 
+/* Numbers the connected sets of pixels of one colour, and counts their pixels. */
+static int32_t find_features(const pave_image *drawing, int32_t *feature, int32_t *pixels)
+{
+    int32_t width = pave_image_width(drawing), height = pave_image_height(drawing), count = 0;
+    const uint8_t *colour = pave_image_pixels(drawing);
+    int32_t todo[MOST_SIDE * MOST_SIDE];
+    for (int32_t i = 0; i < width * height; i++)
+        feature[i] = -1;
+    for (int32_t i = 0; i < width * height; i++) {
+        int32_t waiting = 0;
+        if (feature[i] >= 0)
+            continue;
+        feature[i] = count;
+        pixels[count] = 0;
+        for (todo[waiting++] = i; waiting;) {
+            int32_t at = todo[--waiting], x = at % width, y = at / width;
+            const int32_t next[4] = { x ? at - 1 : at, x < width - 1 ? at + 1 : at, y ? at - width : at,
+                                      y < height - 1 ? at + width : at };
+            pixels[count]++;
+            for (int k = 0; k < 4; k++)
+                if (feature[next[k]] < 0 && colour[next[k]] == colour[i]) {
+                    feature[next[k]] = count;
+                    todo[waiting++] = next[k];
+                }
+        }
+        count++;
+    }
+    return count;
+}
+
+static int covers(const double *ring, int64_t count, double x, double y)
+{
+    int inside = 0;
+    for (int64_t i = 0; i < count; i++) {
+        const double *a = ring + 2 * i, *b = ring + 2 * ((i + 1) % count);
+        if ((a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]))
+            inside = !inside;
+    }
+    return inside;
+}
+
+/* Takes from each feature what its stones cover of it. */
+static void take_covered(const pave_image *drawing, const pave_stones *stones, const int32_t *feature, int32_t *bare)
+{
+    int32_t width = pave_image_width(drawing), height = pave_image_height(drawing);
+    const uint8_t *colour = pave_image_pixels(drawing);
+    for (int32_t s = 0; s < pave_stones_count(stones); s++) {
+        int64_t first = pave_stones_starts(stones)[s], count = pave_stones_starts(stones)[s + 1] - first;
+        const double *ring = pave_stones_vertices(stones) + 2 * first;
+        for (int32_t i = 0; i < width * height; i++)
+            if (colour[i] == pave_stones_colours(stones)[s] && covers(ring, count, i % width + 0.5, i / width + 0.5))
+                bare[feature[i]]--;
+    }
+}
+
+/* No site may lie in a feature, but stones do: cells are split by colour, and what is no sliver becomes a stone. */
+static void every_feature_has_stones(void **state)
+{
+    (void)state;
+    not_for_threads();
+    static const double half_sides[] = { 2, 2.5, 3, 4 };
+    static int32_t feature[MOST_SIDE * MOST_SIDE], pixels[MOST_SIDE * MOST_SIDE], bare[MOST_SIDE * MOST_SIDE];
+    pave_context *context = make_context(1, PAVE_BACKEND_CPU);
+    int32_t features = 0, stoneless = 0, covered = 0, area = 0;
+    for (uint64_t seed = 1; seed <= CASES / 10; seed++) {
+        dice d = { seed, 0 };
+        double h = half_sides[seed % 4];
+        pave_stones_params params = PAVE_STONES_PARAMS_INIT;
+        pave_image *image = random_drawing(context, &d);
+        pave_stones *stones = NULL;
+        pave_field *field = NULL;
+        pave_cvd *cvd = NULL;
+        pave_cvd_params cvd_params = PAVE_CVD_PARAMS_INIT;
+        params.mode = PAVE_MODE_BEST;
+        params.grout = 0;
+        cvd_params.half_side = h;
+        cvd_params.supersample = 2;
+        cvd_params.iterations = 6;
+        assert_ok(pave_field_create(context, image, NULL, &field));
+        assert_ok(pave_cvd_create(context, field, &cvd_params, &cvd));
+        assert_ok(pave_stones_create(context, image, field, cvd, &params, &stones));
+        int32_t count = find_features(image, feature, pixels);
+        memcpy(bare, pixels, sizeof bare);
+        take_covered(image, stones, feature, bare);
+        for (int32_t f = 0; f < count; f++) {
+            if (pixels[f] < h * h)
+                continue;
+            features++;
+            stoneless += bare[f] == pixels[f];
+            covered += pixels[f] - bare[f];
+            area += pixels[f];
+        }
+        pave_stones_free(&stones);
+        pave_cvd_free(&cvd);
+        pave_field_free(&field);
+        pave_image_free(&image);
+    }
+    print_message("  %d features, %d without a stone; %.2f %% of their pixels under stones of their colour\n", features,
+                  stoneless, 100.0 * covered / area);
+    assert_true(features > CASES / 10 && 100 * (int64_t)covered > 96 * (int64_t)area);
+    assert_int_equal(stoneless, 0);
+    pave_context_free(&context);
+}
+
 static void a_long_strip_is_laid(void **state)
 {
     enum { LENGTH = SANITIZED ? 5000 : 100000 };
@@ -386,6 +490,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(whatever_the_drawing_stones_hold),
+        cmocka_unit_test(every_feature_has_stones),
         cmocka_unit_test(a_long_strip_is_laid),
         cmocka_unit_test(thin_lines_stay),
         cmocka_unit_test(thin_spots_can_be_dropped),

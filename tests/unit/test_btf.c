@@ -382,49 +382,77 @@ static void factors_come_back_from_files(void **state)
     pave_btf_free(&btf);
 }
 
-/* Every prefix of a file, and every file with one word changed, is refused or read, and never more than that. */
-static void damaged_files_are_refused(void **state)
+static void put(const char *path, const char *bytes, size_t size)
 {
-    char path[] = "/tmp/pave-btf-XXXXXX.btf";
-    pave_btf_params shape = PAVE_BTF_PARAMS_INIT;
-    pave_direction d[3] = { { 0, 0 }, { 0.5f, 1 }, { 0.7f, 3 } };
-    pave_btf *btf = NULL, *read = NULL;
-    pave_context_params quiet = PAVE_CONTEXT_PARAMS_INIT;
-    pave_context *context = NULL;
-    (void)state; /* its context would print thousands of sentences */
-    assert_ok(pave_context_create(&quiet, &context));
-    close(mkstemps(path, 4));
-    shape.width = shape.height = 3;
-    shape.views = shape.lights = 3;
-    shape.view_directions = shape.light_directions = d;
-    assert_ok(pave_btf_create(context, &shape, NULL, &btf));
-    char bdi[64];
-    snprintf(bdi, sizeof bdi, "%s.bdi", path);
-    assert_ok(pave_btf_write(context, btf, NULL, bdi));
-    FILE *file = fopen(bdi, "rb");
-    char bytes[8192];
-    size_t size = fread(bytes, 1, sizeof bytes, file), kept = 0;
+    FILE *file = fopen(path, "wb");
+    fwrite(bytes, 1, size, file);
     fclose(file);
-    for (size_t cut = 1; cut < size; cut += cut < 600 ? 7 : 1) {
-        file = fopen(bdi, "wb");
-        fwrite(bytes, 1, cut, file);
-        fclose(file);
-        assert_int_equal(pave_btf_read(context, bdi, NULL, &read), PAVE_ERR_FORMAT);
+}
+
+/* Every prefix of a file, and every file with one word of its head changed, is refused or read, and never more than
+ * that. */
+static void sweep(pave_context *context, const pave_btf *btf, const char *path, size_t head)
+{
+    static char bytes[1 << 16], changed[1 << 16];
+    pave_btf *read = NULL;
+    assert_ok(pave_btf_write(context, btf, NULL, path));
+    FILE *file = fopen(path, "rb");
+    size_t size = fread(bytes, 1, sizeof bytes, file), kept = 0, tried = 0;
+    fclose(file);
+    assert_true(size < sizeof bytes);
+    head = head < size ? head : size;
+    for (size_t cut = 1; cut < size; cut += cut < 600 ? 7 : size < 8192 ? 1 : 97) {
+        put(path, bytes, cut);
+        assert_int_equal(pave_btf_read(context, path, NULL, &read), PAVE_ERR_FORMAT);
         assert_null(read);
     }
-    for (size_t at = 10; at + 4 <= size; at += 2) {
-        char changed[8192];
+    for (size_t at = 10; at + 4 <= head; at += 2, tried++) {
         memcpy(changed, bytes, size);
         memset(changed + at, at % 4 ? 0xFF : 0x7F, 4);
-        file = fopen(bdi, "wb");
-        fwrite(changed, 1, size, file);
-        fclose(file);
-        kept += pave_btf_read(context, bdi, NULL, &read) == PAVE_OK;
+        put(path, changed, size);
+        kept += pave_btf_read(context, path, NULL, &read) == PAVE_OK;
         pave_btf_free(&read);
     }
-    assert_true(kept > 0 && kept < size / 2);
-    unlink(bdi);
+    assert_true(kept > 0 && kept < tried);
     unlink(path);
+}
+
+static void damaged_files_are_refused(void **state)
+{
+    char path[] = "/tmp/pave-btf-XXXXXX.btf", bdi[64];
+    pave_btf_params shape = PAVE_BTF_PARAMS_INIT;
+    pave_direction d[3] = { { 0, 0 }, { 0.5f, 1 }, { 0.7f, 3 } };
+    pave_btf *btf = NULL, *small = NULL;
+    pave_context_params quiet = PAVE_CONTEXT_PARAMS_INIT;
+    pave_context *context = NULL;
+    float samples[3 * 3 * 9 * 3];
+    assert_ok(pave_context_create(&quiet, &context)); /* the test's own would print thousands of sentences */
+    close(mkstemps(path, 4));
+    snprintf(bdi, sizeof bdi, "%s.bdi", path);
+    shape.width = shape.height = 3;
+    shape.type = PAVE_F32;
+    shape.views = shape.lights = 3;
+    shape.view_directions = shape.light_directions = d;
+    for (size_t i = 0; i < sizeof samples / sizeof *samples; i++)
+        samples[i] = 0.1f + (float)(i * 7919 % 101) / 101;
+    assert_ok(pave_btf_create(context, &shape, samples, &btf));
+    sweep(context, btf, bdi, SIZE_MAX);
+    for (int joint = 0; joint < 2 && has_algebra(*state); joint++) {
+        pave_btf_compress_params params = PAVE_BTF_COMPRESS_PARAMS_INIT;
+        params.components = 3;
+        params.joint = joint;
+        assert_ok(pave_btf_compress(context, btf, &params, &small));
+        sweep(context, small, path, 600);
+        pave_btf_free(&small);
+    }
+    unlink(path);
+    pave_btf_free(&btf);
+    samples[27 * 5 + 4] = NAN;
+    assert_ok(pave_btf_create(context, &shape, samples, &btf));
+    if (has_algebra(*state)) {
+        assert_int_equal(pave_btf_compress(context, btf, NULL, &small), PAVE_ERR_FORMAT);
+        assert_non_null(strstr(pave_context_message(context), "texel 2,1 "));
+    }
     pave_btf_free(&btf);
     pave_context_free(&context);
 }

@@ -428,7 +428,9 @@ static uint64_t hash_of_image(const char *path)
     pave_image *image = must_read(path), *drawing = NULL;
     pv_bitmap bitmap;
     assert_int_equal(pave_image_threshold(context, image, NULL, &drawing), PAVE_OK);
-    assert_int_equal(pv_bitmap_create(context, drawing->width, drawing->height, 1, &bitmap), PAVE_OK);
+    assert_int_equal(pv_bitmap_create(context, drawing->width, drawing->height, drawing->levels ? 8 : 1, &bitmap),
+                     PAVE_OK);
+    bitmap.cut = drawing->cut;
     pv_bitmap_store(&bitmap, 0, 0, drawing);
     assert_int_equal(pv_bitmap_hash(context, &bitmap, &hash), PAVE_OK);
     pv_bitmap_free(&bitmap);

@@ -1,4 +1,5 @@
-/* The interface of the module pave-oiio.so, which decodes and encodes images through OpenImageIO. Plain C. */
+/* What decodes and encodes image files: PNG and JPEG here, through libpng and libjpeg; all others in the module
+ * pave-oiio.so, through OpenImageIO, which takes a quarter of a second to load. Plain C. */
 #pragma once
 
 #include <stddef.h>
@@ -10,7 +11,7 @@
 extern "C" {
 #endif
 
-enum { PV_CODEC_VERSION = 2, PV_CODEC_TEXT = 512, PV_CODEC_NAMES = 2048 };
+enum { PV_CODEC_VERSION = 3, PV_CODEC_TEXT = 512, PV_CODEC_NAMES = 2048 };
 
 typedef struct pv_codec_job pv_codec_job;
 
@@ -34,19 +35,22 @@ typedef struct pv_codec_file {
 /* Takes `size` bytes of the encoded file for a place in it; 0 if that failed. */
 typedef int32_t (*pv_codec_sink)(void *user, int64_t offset, const void *bytes, size_t size);
 
-/* All functions return a pave_result; on failure `text` holds the reason, in one line. Rows are interleaved and of
- * the picture's type. A job is closed in any case. */
+/* All functions return a pave_result; on failure `text` holds the reason, in one line, or nothing if the context has
+ * been told. Rows are interleaved and of the picture's type; parts are read from the top to the bottom. A job is closed
+ * in any case. */
 typedef struct pv_codec {
-    pave_result (*decode)(const char *format, const pv_codec_file *file, pv_picture *picture, pv_codec_job **job,
-                          char *text);
+    pave_result (*decode)(pave_context *context, const char *format, const pv_codec_file *file, pv_picture *picture,
+                          pv_codec_job **job, char *text);
     pave_result (*read)(pv_codec_job *job, int32_t x, int32_t y, int32_t width, int32_t height, void *pixels,
                         char *text);
-    pave_result (*encode)(const char *format, const pv_picture *picture, pv_codec_sink sink, void *user,
-                          pv_codec_job **job, char *text);
+    pave_result (*encode)(pave_context *context, const char *format, const pv_picture *picture, pv_codec_sink sink,
+                          void *user, pv_codec_job **job, char *text);
     pave_result (*write)(pv_codec_job *job, int32_t from, int32_t to, const void *pixels, char *text);
     pave_result (*finish)(pv_codec_job *job, char *text);
     void (*close)(pv_codec_job *job);
 } pv_codec;
+
+extern const pv_codec pv_png, pv_jpeg;
 
 /* What the module exports as "pave_oiio_codec": NULL if it does not speak this version. */
 typedef const pv_codec *(*pv_codec_entry)(int32_t version);
