@@ -36,7 +36,7 @@ static void gather(const pv_rebuild *r, const pv_part *p, int64_t first, int32_t
     }
 }
 
-/* Texels of a tile, for a stripe of pairs: [texel][pair], above `out` once more as [pair][plane]. */
+/* One plane of a tile's texels, for a stripe of pairs: [texel][pair]. */
 static void add_plane(const pv_rebuild *r, int32_t plane, int64_t first, int32_t count, int64_t pair, int32_t pairs,
                       float *gathered, float *out)
 {
@@ -55,6 +55,7 @@ static void add_plane(const pv_rebuild *r, int32_t plane, int64_t first, int32_t
                     basis[PV_OF_TEXELS].left + pair * own, own, begun, out, STRIPE);
 }
 
+/* Takes a texel's values, [plane][pair], back to samples; `values` has room for both. */
 static void put_texel(const pv_rebuild *r, int64_t texel, int64_t pair, int32_t pairs, const float *const *planes,
                       float *values)
 {
@@ -91,16 +92,16 @@ static void put_tile(void *data, int32_t index, int32_t worker)
     const pave_btf_model *m = r->model;
     int64_t first = (int64_t)(index / stripes(r)) * TILE, pair = (int64_t)(index % stripes(r)) * STRIPE;
     int64_t texels = pv_btf_texels(r->out) - first, pairs = pv_model_pairs(m) - pair;
-    int32_t count = (int32_t)(texels < TILE ? texels : TILE), wide_of = (int32_t)(pairs < STRIPE ? pairs : STRIPE);
+    int32_t count = (int32_t)(texels < TILE ? texels : TILE), width = (int32_t)(pairs < STRIPE ? pairs : STRIPE);
     float *values = r->tile + (size_t)worker * tile_room(r), *planes = values + STRIPE * 2 * m->planes;
     float *gathered = planes + (size_t)m->planes * TILE * STRIPE;
     for (int32_t c = 0; c < m->planes; c++)
-        add_plane(r, c, first, count, pair, wide_of, gathered, planes + (size_t)c * TILE * STRIPE);
+        add_plane(r, c, first, count, pair, width, gathered, planes + (size_t)c * TILE * STRIPE);
     for (int32_t i = 0; i < count; i++) {
         const float *rows[PV_BTF_CHANNELS];
         for (int32_t c = 0; c < m->planes; c++)
             rows[c] = planes + ((size_t)c * TILE + (size_t)i) * STRIPE;
-        put_texel(r, first + i, pair, wide_of, rows, values);
+        put_texel(r, first + i, pair, width, rows, values);
     }
 }
 

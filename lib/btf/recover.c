@@ -205,7 +205,7 @@ static pave_result solve_texels(pv_rebuild *r, int32_t plane)
 static pave_result expect_errors(const pv_rebuild *r, const pv_system *s, float *out)
 {
     const pv_basis *basis = &r->model->basis[0][PV_OF_TEXELS];
-    double whole = 0, noise = r->settings[0].noise[0];
+    double whole = 0, noise = r->settings[0].noise[0] + r->params->noise * r->params->noise;
     int64_t texels = pv_btf_texels(r->sparse);
     pave_result result = PAVE_OK;
     float *known = pv_allocate(r->context, (size_t)texels, (size_t)s->rank * sizeof *known, &result);
