@@ -3,7 +3,8 @@
 pave_build_packages="libopenblas0 cmake make gcc g++ libc6-dev libopenexr-dev libopenimageio-dev zlib1g-dev libpng-dev libjpeg-dev libcjson-dev libkissfft-dev libvulkan-dev glslang-tools
   mesa-vulkan-drivers libegl-dev libgles-dev libegl1 libgles2 libegl-mesa0 libgl1-mesa-dri"
 pave_test_packages="libcmocka-dev pkg-config python3 python3-numpy python3-pil python3-shapely python3-cffi
-  vulkan-validationlayers slurmctld slurmd slurm-client munge parallel"
+  vulkan-validationlayers parallel"
+pave_cluster_packages="slurmctld slurmd slurm-client munge"
 
 # need_packages PACKAGE...
 need_packages() {

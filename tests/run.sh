@@ -5,6 +5,8 @@ set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 . "$root/examples/setup.sh"
 need_packages $pave_build_packages $pave_test_packages
+# Slurm's daemons cannot be set up everywhere, as where other users may not enter the root; its test then skips.
+need_packages $pave_cluster_packages || echo "Slurm cannot be installed" >&2
 
 # Drawings and judges that are too large for the project; tests that need them say so and skip without.
 if [ -z "${PAVE_SHARED:-}" ] && [ -d "$root/../shared/data" ]; then

@@ -11,6 +11,10 @@ for program in slurmctld slurmd munged sbatch parallel; do
     exit 77
   fi
 done
+if dpkg-query -W -f '${Status}\n' slurmctld slurmd munge 2>/dev/null | grep -qv ' installed$'; then
+  echo "skipped: Slurm is only installed in part"
+  exit 77
+fi
 if [ "$(id -u)" -ne 0 ]; then
   echo "skipped: the daemons need root"
   exit 77
