@@ -49,10 +49,18 @@ static void add_junctions(pv_net *net, int32_t x, int32_t y, int count, int64_t 
     }
 }
 
-/* Without a branch: cracks are everywhere, junctions are rare. */
-static inline int is_plain(const int32_t *up, const int32_t *down, int32_t x)
+enum { STRETCH = 32 }; /* long enough to be a loop, which compilers make vectors of */
+
+/* Is there none but a plain crack, or nothing, at the next lattice points? Without a branch, for junctions are rare. */
+static inline int is_plain(const int32_t *up, const int32_t *down)
 {
-    return cracks_of((corner){ up[x - 1], up[x], down[x - 1], down[x] }) < 3;
+    int32_t crowded = 0;
+    for (int32_t x = 0; x < STRETCH; x++) {
+        int32_t across = (up[x - 1] == up[x]) + (down[x - 1] == down[x]);
+        int32_t alike = across + (up[x - 1] == down[x - 1]) + (up[x] == down[x]);
+        crowded += alike < 2 ? 1 : 0;
+    }
+    return !crowded;
 }
 
 static void scan_row(void *data, int32_t y, int32_t worker)
@@ -63,13 +71,16 @@ static void scan_row(void *data, int32_t y, int32_t worker)
     int inside = y > 0 && y < p->height;
     int64_t at = j->fill ? j->net->row[y] : 0;
     (void)worker;
-    for (int32_t x = 0; x <= p->width; x++) {
-        if (inside && x > 0 && x < p->width && is_plain(up, down, x))
+    for (int32_t x = 0, end; x <= p->width; x = end) {
+        end = x + STRETCH <= p->width ? x + STRETCH : p->width + 1;
+        if (inside && x > 0 && end <= p->width && is_plain(up + x, down + x))
             continue;
-        int count = junctions_at(p, x, y);
-        if (count && j->fill)
-            add_junctions(j->net, x, y, count, at);
-        at += count;
+        for (; x < end; x++) {
+            int count = junctions_at(p, x, y);
+            if (count && j->fill)
+                add_junctions(j->net, x, y, count, at);
+            at += count;
+        }
     }
     if (!j->fill)
         j->net->row[y + 1] = at;
