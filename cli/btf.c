@@ -91,6 +91,9 @@ static const struct {
     { "info", btf_info, "tell what one holds and how sound it is" },
     { "measure", btf_measure, "tell how far one is from another" },
     { "merge", btf_merge, "find one basis for several factored ones" },
+    { "model", btf_model, "fit a model to a class of materials" },
+    { "plan", btf_plan, "choose which pairs of view and light to measure" },
+    { "reconstruct", btf_reconstruct, "make a whole one of a few pairs" },
 };
 
 enum { VERBS = sizeof verbs / sizeof *verbs };

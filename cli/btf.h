@@ -41,3 +41,6 @@ int btf_plot(int argc, char **argv);
 int btf_sheet(int argc, char **argv);
 int btf_info(int argc, char **argv);
 int btf_measure(int argc, char **argv);
+int btf_model(int argc, char **argv);
+int btf_plan(int argc, char **argv);
+int btf_reconstruct(int argc, char **argv);

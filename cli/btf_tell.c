@@ -1,6 +1,8 @@
 /* The verbs of pave btf that tell of one: info, measure. */
 #include "btf.h"
 
+#include <string.h>
+
 static const char *format_of(const btf_job *job)
 {
     return job->command.wants_json ? "json" : "text";
@@ -16,6 +18,23 @@ static pave_result draw_albedo(pave_context *context, const pave_btf *btf, const
     return result;
 }
 
+/* A model's file ends in .model. */
+static int names_model(const char *path)
+{
+    const char *point = strrchr(path, '.');
+    return point && !strcmp(point, ".model");
+}
+
+static int tell_model(const btf_job *job)
+{
+    pave_btf_model *model = NULL;
+    int status = exit_code(pave_btf_model_read(job->context, job->command.input[0], &model), WHILE_READING);
+    if (!status)
+        status = exit_code(pave_btf_model_info_write(job->context, model, "-", format_of(job)), WHILE_WRITING);
+    pave_btf_model_free(&model);
+    return status;
+}
+
 int btf_info(int argc, char **argv)
 {
     pave_btf_texels_params texels = PAVE_BTF_TEXELS_PARAMS_INIT;
@@ -24,7 +43,7 @@ int btf_info(int argc, char **argv)
     cli_named picture = { .usage = "picture FILE.png", .help = "draw the albedo", .most = 1 };
     btf_job job = { .command = {
         .verb = "btf info",
-        .usage = "BTF [--json] [--picture ALBEDO.png]",
+        .usage = "BTF|FILE.model [--json] [--picture ALBEDO.png]",
         .summary = "Tells what a BTF holds and how sound it is: reciprocity, albedo, saturation, missing pairs.",
         .json = "as JSON",
         .inputs = 1,
@@ -32,6 +51,8 @@ int btf_info(int argc, char **argv)
         .named_count = 1,
     } };
     int status = btf_begin(&job, (cli_group){ "Diagnosis", PAVE_PARAMS_BTF_TEXELS, &texels }, argc, argv);
+    if (!status && names_model(job.command.input[0]))
+        return btf_end(&job, tell_model(&job));
     if (!status)
         status = btf_read(&job, 0, 0, 0.1, &btf);
     phase(0.1, 1);
@@ -48,7 +69,7 @@ int btf_info(int argc, char **argv)
 
 int btf_measure(int argc, char **argv)
 {
-    pave_btf_texels_params texels = PAVE_BTF_TEXELS_PARAMS_INIT;
+    pave_btf_measure_params texels = PAVE_BTF_MEASURE_PARAMS_INIT;
     pave_btf_difference difference = { .size = sizeof difference };
     pave_btf *btf[2] = { NULL, NULL };
     btf_job job = { .command = {
@@ -58,7 +79,7 @@ int btf_measure(int argc, char **argv)
         .json = "as JSON",
         .inputs = 2,
     } };
-    int status = btf_begin(&job, (cli_group){ "Comparison", PAVE_PARAMS_BTF_TEXELS, &texels }, argc, argv);
+    int status = btf_begin(&job, (cli_group){ "Comparison", PAVE_PARAMS_BTF_MEASURE, &texels }, argc, argv);
     for (int i = 0; i < 2 && !status; i++)
         status = btf_read(&job, i, 0.1 * i, 0.1 * (i + 1), &btf[i]);
     phase(0.2, 1);

@@ -1,6 +1,6 @@
 /* The whole job in one call, and the register of parameter tables: the two things that know every stage. */
 #include "base/params.h"
-#include "btf/btf.h"
+#include "btf/model.h"
 #include "cvd/cvd.h"
 #include "field/field.h"
 #include "image/bitmap.h"
@@ -45,6 +45,10 @@ static const pv_table *find_table(int32_t table)
     case PAVE_PARAMS_BTF_FILE: return &pv_btf_file_table;
     case PAVE_PARAMS_BTF_TEXELS: return &pv_btf_texels_table;
     case PAVE_PARAMS_BTF_SHEET: return &pv_btf_sheet_table;
+    case PAVE_PARAMS_BTF_MODEL: return &pv_btf_model_table;
+    case PAVE_PARAMS_BTF_PLAN: return &pv_btf_plan_table;
+    case PAVE_PARAMS_BTF_RECONSTRUCT: return &pv_btf_reconstruct_table;
+    case PAVE_PARAMS_BTF_MEASURE: return &pv_btf_measure_table;
     default: return NULL;
     }
 }

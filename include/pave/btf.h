@@ -184,6 +184,155 @@ PAVE_API pave_result pave_btf_merge(pave_context *context, const pave_btf *const
  * norm (of a merged one: beyond the errors of what was merged). Otherwise 0. */
 PAVE_API double pave_btf_error(const pave_btf *btf, int32_t channel);
 
+/* ---- Whole materials from a few samples (den Brok et al. 2014) ---- */
+
+/* What is known of a class of materials: a basis of their ABRDFs (eigen-ABRDFs) and one of the ABRDFs of small patches
+ * of texels (eigen-ABTFs), how much materials have of each vector, and how far that may be trusted. Immutable; any
+ * thread may read it. */
+typedef struct pave_btf_model pave_btf_model;
+
+typedef struct pave_btf_model_params {
+    size_t size;
+    int32_t patch;      /* side of a patch of texels, odd; 1: no patches */
+    int32_t components; /* eigen-ABTFs of each channel, at most */
+    int32_t abrdfs;     /* eigen-ABRDFs of each channel, at most */
+    int32_t material;   /* components kept of each material's first channel; half as many of the others */
+    int32_t stride;     /* texels from one training patch to the next; 0: `patch`, so that none overlap */
+    int32_t colour;     /* PAVE_BTF_COLOUR_ */
+    double epsilon;     /* added to samples before a logarithm or a division. A white diffuse plane sends 0.318 */
+    int32_t symmetric;  /* 1: mirrored and turned copies of the materials belong to the class too, as far as the
+                           directions allow */
+    int32_t validate;   /* 1: the last material is held out once, to find how best to reconstruct */
+    int32_t passes;     /* over each material's samples */
+} pave_btf_model_params;
+
+#define PAVE_BTF_MODEL_PARAMS_INIT \
+    { sizeof(pave_btf_model_params), 3, 2048, 1024, 200, 0, PAVE_BTF_COLOUR_AUTO, 0.00032, 1, 1, 3 }
+
+PAVE_API void pave_btf_model_params_init(pave_btf_model_params *params, size_t size);
+
+/* Fits a model to materials that have been measured completely and have the same channels and directions (4.1): each
+ * material's own bases first, by passes over its samples, then all merged. From each logarithm that of a grey diffuse
+ * plane is taken first, so that the cosine of the light is no news. Copies (mirrors, half a turn) are exact and cost
+ * nothing: bases fall into blocks of even and odd functions. The same bytes for every number of threads; another
+ * processor may round otherwise. Needs OpenBLAS when it runs.
+ * Memory: views x lights x patch^2 floats, times `material` x count + `components`, for the first channel and half of
+ * that for others. PAVE_ERR_ARGUMENT: they differ, or one has missing pairs or is black. */
+PAVE_API pave_result pave_btf_model_create(pave_context *context, const pave_btf *const *btfs, int32_t count,
+                                           const pave_btf_model_params *params, pave_btf_model **out);
+PAVE_API void pave_btf_model_free(pave_btf_model **model);
+
+/* Shares materials out to so many classes of alike ones, each to be given to a model of its own: k-means on their
+ * models (roots of the covariances of the first channel's ABRDFs, made one in length), the best of all starts from
+ * seeds that lie farthest apart.
+ * `labels` gets the class of each, from 0; `within` (NULL: not wanted) what materials differ from the mean of their
+ * class, over what they differ from that of all, 0 .. 1. Needs OpenBLAS when it runs. */
+PAVE_API pave_result pave_btf_cluster(pave_context *context, const pave_btf *const *btfs, int32_t count,
+                                      int32_t classes, const pave_btf_model_params *params, int32_t *labels,
+                                      double *within);
+
+PAVE_API int32_t pave_btf_model_materials(const pave_btf_model *model);
+PAVE_API int32_t pave_btf_model_patch(const pave_btf_model *model);
+PAVE_API int32_t pave_btf_model_channels(const pave_btf_model *model);
+PAVE_API int32_t pave_btf_model_views(const pave_btf_model *model);
+PAVE_API int32_t pave_btf_model_lights(const pave_btf_model *model);
+
+/* Copies that the symmetry of the directions made of each material: 1, 2 or 4. */
+PAVE_API int32_t pave_btf_model_copies(const pave_btf_model *model);
+
+/* Components of a channel (of log Y, U/Y, V/Y), and the root mean square of each one's coefficients, falling. */
+PAVE_API int32_t pave_btf_model_components(const pave_btf_model *model, int32_t channel, int32_t of_patches);
+PAVE_API const float *pave_btf_model_deviations(const pave_btf_model *model, int32_t channel, int32_t of_patches);
+
+/* One vector: [y of the patch][x][view][light]. `out` is the caller's. */
+PAVE_API void pave_btf_model_vector(const pave_btf_model *model, int32_t channel, int32_t of_patches, int32_t index,
+                                    float *out);
+
+/* Which pairs of view and light to measure, and in which order. Immutable; any thread may read it. */
+typedef struct pave_btf_plan pave_btf_plan;
+
+enum {
+    PAVE_BTF_PLAN_GREEDY = 0,   /* each pair is the one that leaves least unknown, as the model has it; so the first so
+                                   many of a plan are the plan for so many */
+    PAVE_BTF_PLAN_SWAP = 1,     /* den Brok 2014, Algorithm 1: chance, as long as the condition number falls */
+    PAVE_BTF_PLAN_PARABOLIC = 2 /* 4.2: the same map of directions for views and lights: 7 x 7 cells, of which 37 lie
+                                   in the disc, give 1369 pairs */
+};
+
+typedef struct pave_btf_plan_params {
+    size_t size;
+    int32_t method;   /* PAVE_BTF_PLAN_ */
+    int32_t samples;  /* pairs; of a map, at most, and of a dome too */
+    int32_t abrdfs;   /* swap: so many eigen-ABRDFs are to be found; 0: all */
+    int32_t patches;  /* swap: 1, the ABTFs' system is meant, and not the ABRDFs' */
+    int32_t components; /* swap: alike, of the eigen-ABTFs */
+    int32_t steps;    /* swap: tries */
+    uint64_t seed;    /* swap: of chance */
+    int32_t dome;     /* greedy: 1, whole views times lights, as a dome of cameras and lamps takes them */
+    double shot_cost; /* greedy, dome: what a lamp costs besides its pictures, in pictures */
+    double noise;     /* greedy: standard deviation of a measured value; 0: what the model found */
+} pave_btf_plan_params;
+
+#define PAVE_BTF_PLAN_PARAMS_INIT \
+    { sizeof(pave_btf_plan_params), PAVE_BTF_PLAN_GREEDY, 1369, 0, 1, 0, 1000, 1, 0, 4, 0 }
+
+PAVE_API void pave_btf_plan_params_init(pave_btf_plan_params *params, size_t size);
+
+/* Plans a measurement for a model. Greedy plans are decided by additions and multiplications in a fixed order: the same
+ * for the same model on every machine. Cost of a greedy one: samples x views x lights x eigen-ABRDFs; of a swap:
+ * a symmetric eigenvalue problem a step, which needs OpenBLAS. */
+PAVE_API pave_result pave_btf_plan_create(pave_context *context, const pave_btf_model *model,
+                                          const pave_btf_plan_params *params, pave_btf_plan **out);
+PAVE_API void pave_btf_plan_free(pave_btf_plan **plan);
+
+/* The pairs in their order, as numbers of the model's views and lights, and the root mean square error that is expected
+ * in the first channel once so many are measured (0: not known). */
+PAVE_API int32_t pave_btf_plan_samples(const pave_btf_plan *plan);
+PAVE_API const int32_t *pave_btf_plan_views(const pave_btf_plan *plan);
+PAVE_API const int32_t *pave_btf_plan_lights(const pave_btf_plan *plan);
+PAVE_API const double *pave_btf_plan_expected(const pave_btf_plan *plan);
+
+/* Of a swap: the condition number before and after; otherwise 0. */
+PAVE_API void pave_btf_plan_condition(const pave_btf_plan *plan, double *before, double *after);
+
+enum {
+    PAVE_BTF_BEST = 0,   /* with the model's prior: ABTFs first, and then ABRDFs of what they leave */
+    PAVE_BTF_PAPER = 1,  /* the pseudo-inverse (Eq. 3) */
+    PAVE_BTF_PROJECT = 2 /* a complete BTF onto the basis: the least error that the basis allows */
+};
+
+enum { PAVE_BTF_BOTH = 0, PAVE_BTF_ABRDFS = 1, PAVE_BTF_ABTFS = 2 };
+
+typedef struct pave_btf_reconstruct_params {
+    size_t size;
+    int32_t mode;       /* PAVE_BTF_BEST ... */
+    int32_t basis;      /* PAVE_BTF_BOTH (by the text, ABTFs), PAVE_BTF_ABRDFS or PAVE_BTF_ABTFS */
+    int32_t components; /* eigen-ABTFs of each channel; 0: all */
+    int32_t abrdfs;     /* eigen-ABRDFs of each channel; 0: all */
+    int32_t samples;    /* of the plan, the first; 0: all */
+    double cut;         /* paper: singular values below this share of the greatest do not count */
+    double noise;       /* best: standard deviation of measured values besides what the model expects; in logarithms */
+    int32_t type;       /* PAVE_F16 or PAVE_F32: of the samples */
+} pave_btf_reconstruct_params;
+
+#define PAVE_BTF_RECONSTRUCT_PARAMS_INIT \
+    { sizeof(pave_btf_reconstruct_params), PAVE_BTF_BEST, PAVE_BTF_BOTH, 0, 0, 0, 1e-5, 0, PAVE_F16 }
+
+PAVE_API void pave_btf_reconstruct_params_init(pave_btf_reconstruct_params *params, size_t size);
+
+/* Reconstructs all pairs of view and light from some. `sparse` has the model's channels and some of its directions (the
+ * nearest within a degree is meant); pairs that it marks as missing, and with a plan (NULL: none) those that are not in
+ * it, are not looked at. Samples that are no numbers count as not measured. Patches lie at every texel and are blended
+ * evenly (4.1.2). What comes out is cut to the range of what the model was made of.
+ * `errors` (NULL: not wanted; best mode only) becomes a picture of what root mean square error the model expects in the
+ * first channel of each texel, from how well it explains what was measured there.
+ * PAVE_ERR_ARGUMENT: the model is of other directions or channels; nothing was measured, or nothing but black; in paper
+ * mode fewer samples than unknowns, with the number that is needed.
+ * Memory: all samples of the result; coefficients of every texel and patch. Needs OpenBLAS when it runs. */
+PAVE_API pave_result pave_btf_reconstruct(pave_context *context, const pave_btf_model *model, const pave_btf *sparse,
+                                          const pave_btf_plan *plan, const pave_btf_reconstruct_params *params,
+                                          pave_btf **out, pave_image **errors);
+
 /* ---- How sound it is, and how far two are apart ---- */
 
 typedef struct pave_btf_texels_params {
@@ -218,18 +367,32 @@ PAVE_API pave_result pave_btf_diagnose(pave_context *context, const pave_btf *bt
 /* The albedo of each texel, mean over views, as a picture of the BTF's channels. */
 PAVE_API pave_result pave_btf_albedo(pave_context *context, const pave_btf *btf, pave_image **out);
 
+typedef struct pave_btf_measure_params {
+    size_t size;
+    int32_t texels; /* looked at, spread evenly from the first to the last; 0: all */
+    double epsilon; /* added to samples before a logarithm. Percentages hang on it, and on white being 0.318 */
+} pave_btf_measure_params;
+
+#define PAVE_BTF_MEASURE_PARAMS_INIT { sizeof(pave_btf_measure_params), 256, 1e-5 }
+
+PAVE_API void pave_btf_measure_params_init(pave_btf_measure_params *params, size_t size);
+
 typedef struct pave_btf_difference {
     size_t size; /* set by the caller */
     int64_t texels;
     double rmse;     /* of the ABRDF of a texel, mean over texels (Steinhausen 2014, Eq. 11), on samples as they are */
-    double rmse_log; /* the same on log(sample + 1e-5) */
+    double rmse_log; /* the same on log(sample + epsilon) */
     double relative; /* Frobenius norm of the difference over that of b, on log luminance (den Brok 2014, Table 2) */
     double direction_error; /* degrees, the greatest between directions of the same number */
+    double whole;     /* what `relative` is over: the root mean square of log luminance of b, */
+    double variation; /* and of what texels of b differ from the mean ABRDF of those looked at: */
+    double centred;   /* `relative`, over this instead */
+    double linear;    /* Frobenius norm of the difference over that of b, on luminance as it is */
 } pave_btf_difference;
 
 /* How far `a` is from `b`, which have the same texels, channels and numbers of directions. */
 PAVE_API pave_result pave_btf_measure(pave_context *context, const pave_btf *a, const pave_btf *b,
-                                      const pave_btf_texels_params *params, pave_btf_difference *out);
+                                      const pave_btf_measure_params *params, pave_btf_difference *out);
 
 /* ---- Looking at it ---- */
 

@@ -120,6 +120,22 @@ PAVE_API pave_result pave_btf_read(pave_context *context, const char *path, cons
 PAVE_API pave_result pave_btf_write(pave_context *context, const pave_btf *btf, const pave_btf_file_params *params,
                                     const char *path);
 
+/* Writes and reads a model: docs/formats.md. Its bases are mapped and not read, so the file must not change as long as
+ * the handle lives. */
+PAVE_API pave_result pave_btf_model_write(pave_context *context, const pave_btf_model *model, const char *path);
+PAVE_API pave_result pave_btf_model_read(pave_context *context, const char *path, pave_btf_model **out);
+
+/* Writes what a model holds, as "json" or as "text". */
+PAVE_API pave_result pave_btf_model_info_write(pave_context *context, const pave_btf_model *model, const char *path,
+                                               const char *format);
+
+/* Writes and reads a plan as CSV: a line of names, and one for each pair, in order, with the numbers of its view and
+ * light and their angles in degrees. Of a file that is read the columns "view" and "light" count; a pair that the model
+ * has not, or one twice, is PAVE_ERR_FORMAT. */
+PAVE_API pave_result pave_btf_plan_write(pave_context *context, const pave_btf_plan *plan, const char *path);
+PAVE_API pave_result pave_btf_plan_read(pave_context *context, const pave_btf_model *model, const char *path,
+                                        pave_btf_plan **out);
+
 /* Writes what was found out, as "json", or as "text": lines for people, which NULL means too. "-": standard output. */
 PAVE_API pave_result pave_btf_diagnosis_write(pave_context *context, const pave_btf *btf,
                                               const pave_btf_diagnosis *diagnosis, const char *path,

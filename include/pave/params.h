@@ -26,6 +26,10 @@ enum {
     PAVE_PARAMS_BTF_FILE = 23,      /* pave_btf_file_params */
     PAVE_PARAMS_BTF_TEXELS = 24,    /* pave_btf_texels_params */
     PAVE_PARAMS_BTF_SHEET = 25,     /* pave_btf_sheet_params */
+    PAVE_PARAMS_BTF_MODEL = 26,     /* pave_btf_model_params */
+    PAVE_PARAMS_BTF_PLAN = 27,      /* pave_btf_plan_params */
+    PAVE_PARAMS_BTF_RECONSTRUCT = 28, /* pave_btf_reconstruct_params */
+    PAVE_PARAMS_BTF_MEASURE = 29,   /* pave_btf_measure_params */
     PAVE_PARAMS_PALETTE = 30,  /* pave_palette_params */
     PAVE_PARAMS_MEASURE = 31,  /* pave_stones_measure_params */
     PAVE_PARAMS_MOSAIC = 40    /* pave_mosaic_params */

@@ -8,7 +8,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { ROW_MAJOR = 101, PLAIN = 111, TRANSPOSED = 112, STRIPE = 512, PARTS = 8 };
+enum { ROW_MAJOR = 101, PLAIN = 111, TRANSPOSED = 112, STRIPE = 512, PARTS = 8, ROWS = 64 };
 
 static void *find(void *library, const char *name)
 {
@@ -60,6 +60,20 @@ void pv_multiply_double(const pv_algebra *algebra, int transpose_a, int transpos
                    stride_a, b, stride_b, beta, c, stride_c);
 }
 
+static void multiply_rows(void *data, int32_t index, int32_t worker)
+{
+    (void)worker;
+    const pv_product *p = data;
+    int64_t first = (int64_t)index * ROWS, count = p->rows - first < ROWS ? p->rows - first : ROWS;
+    pv_multiply(p->algebra, 0, p->transpose_b, (int)count, p->n, p->k, p->a + first * p->stride_a, p->stride_a, p->b,
+                p->stride_b, p->beta, p->c + first * p->stride_c, p->stride_c);
+}
+
+pave_result pv_multiply_all(pave_context *context, pv_product *product, double from, double to)
+{
+    return pv_parallel(context, (int32_t)((product->rows + ROWS - 1) / ROWS), multiply_rows, product, from, to);
+}
+
 /* LAPACK gives the least first; its columns are the rows of what we hold. */
 static void reverse(int n, double *matrix, double *values)
 {
@@ -90,27 +104,46 @@ static void fix_signs(int n, double *matrix)
     }
 }
 
-pave_result pv_eigen(pave_context *context, const pv_algebra *algebra, int n, double *matrix, double *values)
+/* `job` is LAPACK's: "V" for vectors too, "N" for none. */
+static pave_result find_eigen(pave_context *context, const pv_algebra *algebra, const char *job, int n, double *matrix,
+                              double *values)
 {
     int size = -1, whole_size = -1, info = 0, whole = 0;
     double wanted = 0;
     pave_result result = PAVE_OK;
-    algebra->dsyevd("V", "L", &n, matrix, &n, values, &wanted, &size, &whole, &whole_size, &info);
+    algebra->dsyevd(job, "L", &n, matrix, &n, values, &wanted, &size, &whole, &whole_size, &info);
     size = (int)wanted;
     whole_size = whole;
     double *room = pv_allocate(context, (size_t)size, sizeof *room, &result);
     int *whole_room = result ? NULL : pv_allocate(context, (size_t)whole_size, sizeof *whole_room, &result);
     if (!result)
-        algebra->dsyevd("V", "L", &n, matrix, &n, values, room, &size, whole_room, &whole_size, &info);
+        algebra->dsyevd(job, "L", &n, matrix, &n, values, room, &size, whole_room, &whole_size, &info);
     pv_release(room);
     pv_release(whole_room);
     if (!result && info)
         result = pv_fail(context, PAVE_ERR_INTERNAL, "the eigenvalues of a %d x %d matrix were not found", n, n);
+    return result;
+}
+
+pave_result pv_eigen(pave_context *context, const pv_algebra *algebra, int n, double *matrix, double *values)
+{
+    pave_result result = find_eigen(context, algebra, "V", n, matrix, values);
     if (result)
         return result;
     reverse(n, matrix, values);
     fix_signs(n, matrix);
     return PAVE_OK;
+}
+
+pave_result pv_eigenvalues(pave_context *context, const pv_algebra *algebra, int n, double *matrix, double *values)
+{
+    pave_result result = find_eigen(context, algebra, "N", n, matrix, values);
+    for (int i = 0; i < n / 2 && !result; i++) {
+        double value = values[i];
+        values[i] = values[n - 1 - i];
+        values[n - 1 - i] = value;
+    }
+    return result;
 }
 
 /* Work on the rows of z, stripe by stripe in double, in parts whose number is fixed. */

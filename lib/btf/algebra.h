@@ -27,8 +27,24 @@ void pv_multiply_double(const pv_algebra *algebra, int transpose_a, int transpos
                         const double *a, int stride_a, const double *b, int stride_b, double beta, double *c,
                         int stride_c);
 
+/* c = a b + beta c for a of many rows, or a b', shared out among the threads; progress of from..to. */
+typedef struct pv_product {
+    const pv_algebra *algebra;
+    int64_t rows;
+    int n, k; /* columns of c, and of a */
+    const float *a, *b;
+    float *c;
+    int stride_a, stride_b, stride_c, transpose_b;
+    float beta;
+} pv_product;
+
+pave_result pv_multiply_all(pave_context *context, pv_product *product, double from, double to);
+
 /* Eigenvalues of a symmetric n x n matrix, greatest first, and its eigenvectors, which replace it: one in each row. */
 pave_result pv_eigen(pave_context *context, const pv_algebra *algebra, int n, double *matrix, double *values);
+
+/* The eigenvalues alone; the matrix is used up. */
+pave_result pv_eigenvalues(pave_context *context, const pv_algebra *algebra, int n, double *matrix, double *values);
 
 /* out = z' z, for z of rows x n. */
 pave_result pv_gram(pave_context *context, const pv_algebra *algebra, int64_t rows, int n, const float *z, double *out);

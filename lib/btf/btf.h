@@ -5,7 +5,8 @@
 
 #include <pave/btf.h>
 
-extern const pv_table pv_btf_synthesis_table, pv_btf_compress_table, pv_btf_texels_table;
+extern const pv_table pv_btf_synthesis_table, pv_btf_compress_table, pv_btf_texels_table,
+    pv_btf_measure_table;
 extern const pv_table pv_btf_view_table, pv_btf_sheet_table;
 
 enum { PV_BTF_CHANNELS = 32, PV_BTF_NAME = 64, PV_BTF_TEXT = 81 };
@@ -130,6 +131,9 @@ void pv_btf_mix(const pave_btf *btf, pave_direction view, pave_direction light, 
 /* Adds `weight` times what a texel sends by a mix to `sum`, a number for each channel. */
 void pv_btf_add(const pave_btf *btf, int64_t texel, const pv_mix *mix, double weight, double *sum);
 
+/* Are all of them finite? */
+int pv_all_finite(const float *values, int64_t count);
+
 /* Writes some of a texel's samples where room was made for them. */
 void pv_btf_put(pave_btf *btf, int64_t texel, int64_t first, int64_t count, const float *values);
 
@@ -147,6 +151,10 @@ void pv_directions_share(const pv_directions *directions, double *share);
 void pv_direction_vector(pave_direction direction, double vector[3]);
 pave_direction pv_vector_direction(const double vector[3]);
 
+/* The angle between two, and the one nearest to another, with the angle between them: radians. */
+double pv_direction_distance(pave_direction a, pave_direction b);
+int32_t pv_directions_nearest(const pv_directions *directions, pave_direction direction, double *distance);
+
 /* A picture of a BTF's channels, and of alpha if asked, in linear light; its pixels are not yet written. */
 pave_result pv_btf_picture(pave_context *context, const pave_btf *btf, int32_t width, int32_t height, int alpha,
                            pave_image **out);
@@ -155,6 +163,12 @@ pave_result pv_btf_picture(pave_context *context, const pave_btf *btf, int32_t w
 int pv_colour_known(int32_t colour);
 int pv_colour_is_triple(int32_t colour);
 
-/* `count` pixels from samples to what is factored (RGB, LOG and LOG_YUV), and back from any model. */
-void pv_colour_encode(int32_t colour, int32_t channels, const float *samples, int64_t count, float *out);
-void pv_colour_decode(const pave_btf *btf, const float *values, int64_t count, float *out);
+/* The colour model that PAVE_BTF_COLOUR_ stands for. */
+pave_result pv_colour_choose(pave_context *context, int32_t asked, int32_t channels, int32_t joint, int32_t *colour);
+
+/* `count` pixels from samples to what is factored (RGB, LOG and LOG_YUV), and back from any model. `least` is added
+ * before a logarithm or a division; in files it is 1e-5. `space` is that of PV_COLOUR_PCA. */
+#define PV_LEAST_LIGHT 1e-5f
+void pv_colour_encode(int32_t colour, float least, int32_t channels, const float *samples, int64_t count, float *out);
+void pv_colour_decode(int32_t colour, float least, const float space[12], int32_t channels, const float *values,
+                      int64_t count, float *out);

@@ -4,9 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-static const float least = 1e-5f;
-
-static void encode_yuv(const float *rgb, int64_t count, float *out)
+static void encode_yuv(float least, const float *rgb, int64_t count, float *out)
 {
     for (int64_t i = 0; i < count; i++, rgb += 3, out += 3) {
         float r = fmaxf(rgb[0], 0), g = fmaxf(rgb[1], 0), b = fmaxf(rgb[2], 0);
@@ -17,10 +15,10 @@ static void encode_yuv(const float *rgb, int64_t count, float *out)
     }
 }
 
-void pv_colour_encode(int32_t colour, int32_t channels, const float *samples, int64_t count, float *out)
+void pv_colour_encode(int32_t colour, float least, int32_t channels, const float *samples, int64_t count, float *out)
 {
     if (colour == PV_COLOUR_LOG_YUV)
-        encode_yuv(samples, count, out);
+        encode_yuv(least, samples, count, out);
     else if (colour == PV_COLOUR_LOG)
         for (int64_t i = 0; i < count * channels; i++)
             out[i] = logf(fmaxf(samples[i], 0) + least);
@@ -53,12 +51,12 @@ static void from_space(const float space[12], const float *in, float *out)
         out[c] = space[c] + in[0] * space[3 + c] + in[1] * space[6 + c] + in[2] * space[9 + c];
 }
 
-static void decode_triple(const pave_btf *btf, const float in[3], float *out)
+static void decode_triple(int32_t colour, float least, const float space[12], const float in[3], float *out)
 {
-    float whole = btf->colour >= PV_COLOUR_LOG_Y_UV ? expf(in[0]) : 0, y = whole - least;
-    switch (btf->colour) {
+    float whole = colour >= PV_COLOUR_LOG_Y_UV ? expf(in[0]) : 0, y = whole - least;
+    switch (colour) {
     case PV_COLOUR_YUV: from_yuv(in[0], in[1], in[2], out); break;
-    case PV_COLOUR_PCA: from_space(btf->colour_space, in, out); break;
+    case PV_COLOUR_PCA: from_space(space, in, out); break;
     case PV_COLOUR_YCOCG:
         out[0] = in[0] + in[1] - in[2];
         out[1] = in[0] + in[2];
@@ -70,15 +68,28 @@ static void decode_triple(const pave_btf *btf, const float in[3], float *out)
     }
 }
 
-void pv_colour_decode(const pave_btf *btf, const float *values, int64_t count, float *out)
+void pv_colour_decode(int32_t colour, float least, const float space[12], int32_t channels, const float *values,
+                      int64_t count, float *out)
 {
-    int32_t channels = btf->channels;
-    if (pv_colour_is_triple(btf->colour))
+    if (pv_colour_is_triple(colour))
         for (int64_t i = 0; i < count; i++)
-            decode_triple(btf, values + 3 * i, out + 3 * i);
-    else if (btf->colour == PV_COLOUR_LOG)
+            decode_triple(colour, least, space, values + 3 * i, out + 3 * i);
+    else if (colour == PV_COLOUR_LOG)
         for (int64_t i = 0; i < count * channels; i++)
             out[i] = expf(values[i]) - least;
     else
         memmove(out, values, (size_t)(count * channels) * sizeof *out);
+}
+
+pave_result pv_colour_choose(pave_context *context, int32_t asked, int32_t channels, int32_t joint, int32_t *colour)
+{
+    static const int32_t known[4] = { -1, PV_COLOUR_LOG_YUV, PV_COLOUR_LOG, PV_COLOUR_RGB };
+    *colour = known[asked];
+    if (!asked)
+        *colour = channels == 3 && !joint ? PV_COLOUR_LOG_YUV : PV_COLOUR_LOG;
+    if (*colour == PV_COLOUR_LOG_YUV && joint)
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "joint factors are of plain samples or of their logarithms");
+    if (*colour == PV_COLOUR_LOG_YUV && channels != 3)
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "log-yuv is for three channels, and this BTF has %d", (int)channels);
+    return PAVE_OK;
 }

@@ -10,7 +10,6 @@
 enum { ROUND = 64 };
 
 static const double pi = 3.14159265358979323846;
-static const float least_light = 1e-5f;
 
 static const pave_btf_texels_params default_params = PAVE_BTF_TEXELS_PARAMS_INIT;
 
@@ -325,111 +324,5 @@ pave_result pave_btf_albedo(pave_context *context, const pave_btf *btf, pave_ima
     pv_call_end(context, call);
     if (result)
         pave_image_free(out);
-    return result;
-}
-
-/* ---- Two of them compared ---- */
-
-typedef struct pairing {
-    const pave_btf *a, *b;
-    int64_t count;
-    float *values;      /* two texels for each worker */
-    double (*error)[4]; /* of each texel: squares of the difference, of its logarithm, of log luminance, of b's */
-} pairing;
-
-static double log_of(double value)
-{
-    return log(fmax(value, 0) + (double)least_light);
-}
-
-static double log_luminance(const float *values, int32_t channels)
-{
-    double sum = 0;
-    for (int32_t c = 0; c < channels && channels != 3; c++)
-        sum += (double)values[c] / channels;
-    if (channels == 3)
-        sum = 0.299 * (double)values[0] + 0.587 * (double)values[1] + 0.114 * (double)values[2];
-    return log_of(sum);
-}
-
-static void compare_texel(void *data, int32_t index, int32_t worker)
-{
-    const pairing *p = data;
-    int64_t length = pv_btf_length(p->a), texel = spread(index, p->count, pv_btf_texels(p->a));
-    int32_t channels = p->a->channels, x = (int32_t)(texel % p->a->width), y = (int32_t)(texel / p->a->width);
-    float *a = p->values + 2 * worker * length, *b = a + length;
-    double *error = p->error[index];
-    pave_btf_abrdf(p->a, x, y, a);
-    pave_btf_abrdf(p->b, x, y, b);
-    memset(error, 0, sizeof p->error[0]);
-    for (int64_t i = 0; i < length; i++) {
-        double linear = (double)a[i] - (double)b[i], logs = log_of((double)a[i]) - log_of((double)b[i]);
-        error[0] += linear * linear;
-        error[1] += logs * logs;
-    }
-    for (int64_t i = 0; i < length; i += channels) {
-        double of_b = log_luminance(b + i, channels), apart = log_luminance(a + i, channels) - of_b;
-        error[2] += apart * apart;
-        error[3] += of_b * of_b;
-    }
-}
-
-static double greatest_angle(const pv_directions *a, const pv_directions *b)
-{
-    double most = 0;
-    for (int32_t i = 0; i < a->count; i++) {
-        double u[3], v[3];
-        pv_direction_vector(a->direction[i], u);
-        pv_direction_vector(b->direction[i], v);
-        double chord = hypot(hypot(u[0] - v[0], u[1] - v[1]), u[2] - v[2]);
-        most = fmax(most, 2 * asin(fmin(chord / 2, 1)) * 180 / pi);
-    }
-    return most;
-}
-
-static void sum_errors(const pairing *p, pave_btf_difference *out)
-{
-    double length = (double)pv_btf_length(p->a), apart = 0, whole = 0;
-    for (int64_t i = 0; i < p->count; i++) {
-        out->rmse += sqrt(p->error[i][0] / length) / (double)p->count;
-        out->rmse_log += sqrt(p->error[i][1] / length) / (double)p->count;
-        apart += p->error[i][2];
-        whole += p->error[i][3];
-    }
-    out->relative = whole > 0 ? sqrt(apart / whole) : 0;
-    out->texels = p->count;
-    out->direction_error = fmax(greatest_angle(&p->a->views, &p->b->views),
-                                greatest_angle(&p->a->lights, &p->b->lights));
-}
-
-pave_result pave_btf_measure(pave_context *context, const pave_btf *a, const pave_btf *b,
-                             const pave_btf_texels_params *given, pave_btf_difference *out)
-{
-    pave_btf_texels_params params;
-    pave_btf_difference found;
-    if (!context || !a || !b || !out || out->size < sizeof out->size)
-        return PAVE_ERR_ARGUMENT;
-    memset(&found, 0, sizeof found);
-    pave_result result = pv_params_read(context, &pv_btf_texels_table, given, &params);
-    if (!result && (a->width != b->width || a->height != b->height || a->channels != b->channels ||
-                    a->views.count != b->views.count || a->lights.count != b->lights.count))
-        result = pv_fail(context, PAVE_ERR_ARGUMENT, "the two BTFs differ in texels, channels or directions");
-    if (result)
-        return result;
-    pairing p = { .a = a, .b = b, .count = texels_looked_at(a, &params) };
-    pv_call call = pv_call_begin(context, "measure", 0, 1);
-    p.values = pv_allocate(context, (size_t)pv_workers(context), 2 * (size_t)pv_btf_length(a) * sizeof *p.values,
-                           &result);
-    if (!result)
-        p.error = pv_allocate(context, (size_t)p.count, sizeof *p.error, &result);
-    if (!result)
-        result = pv_parallel(context, (int32_t)p.count, compare_texel, &p, 0, 1);
-    if (!result) {
-        sum_errors(&p, &found);
-        hand_out(out, out->size, &found, sizeof found);
-    }
-    pv_release(p.values);
-    pv_release(p.error);
-    pv_call_end(context, call);
     return result;
 }

@@ -53,6 +53,29 @@ pave_direction pv_vector_direction(const double vector[3])
     return (pave_direction){ (float)atan2(across, vector[2]), across > 0 ? (float)atan2(vector[1], vector[0]) : 0 };
 }
 
+double pv_direction_distance(pave_direction a, pave_direction b)
+{
+    double u[3], v[3];
+    pv_direction_vector(a, u);
+    pv_direction_vector(b, v);
+    double chord = hypot(hypot(u[0] - v[0], u[1] - v[1]), u[2] - v[2]);
+    return 2 * asin(fmin(chord / 2, 1));
+}
+
+int32_t pv_directions_nearest(const pv_directions *directions, pave_direction direction, double *distance)
+{
+    int32_t nearest = 0;
+    *distance = INFINITY;
+    for (int32_t i = 0; i < directions->count; i++) {
+        double away = pv_direction_distance(directions->direction[i], direction);
+        if (away < *distance) {
+            *distance = away;
+            nearest = i;
+        }
+    }
+    return nearest;
+}
+
 static void project(pave_direction direction, int32_t point[2])
 {
     double radius = tan(fmin((double)direction.theta, 90 * degree) / 2);

@@ -5,6 +5,7 @@
 #include "image/image.h"
 #include "util/half.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -58,6 +59,14 @@ void pv_btf_samples(const pave_btf *btf, int64_t texel, int64_t first, int64_t c
         }
 }
 
+int pv_all_finite(const float *values, int64_t count)
+{
+    for (int64_t i = 0; i < count; i++)
+        if (!isfinite(values[i]))
+            return 0;
+    return 1;
+}
+
 void pv_btf_put(pave_btf *btf, int64_t texel, int64_t first, int64_t count, const float *values)
 {
     uint8_t *to = (uint8_t *)(uintptr_t)btf->samples.first + (size_t)texel * btf->samples.texel_bytes;
@@ -103,7 +112,7 @@ void pv_btf_sample(const pave_btf *btf, int64_t texel, int64_t pair, float *out)
         int64_t row = btf->joint ? pair * btf->channels + c : pair;
         values[c] = product(f->left + row * f->components, f->right + texel * f->components, f->components);
     }
-    pv_colour_decode(btf, values, 1, out);
+    pv_colour_decode(btf->colour, PV_LEAST_LIGHT, btf->colour_space, btf->channels, values, 1, out);
 }
 
 void pv_btf_from_view(const pave_btf *btf, int64_t texel, int32_t view, float *out)

@@ -2,7 +2,7 @@
 #include "btf/btf.h"
 
 #include "base/parallel.h"
-#include "btf/blend.h"
+#include "btf/view_device.h"
 #include "btf/sky.h"
 #include "image/image.h"
 

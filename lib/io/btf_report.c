@@ -1,7 +1,7 @@
 /* What was found out about BTFs, as JSON and as lines to read. */
 #include <pave/io.h>
 
-#include "btf/btf.h"
+#include "btf/model.h"
 #include "io/output.h"
 #include "util/json.h"
 #include "util/text.h"
@@ -99,11 +99,85 @@ static void tell_difference(telling *t, const pave_btf_difference *d)
     tell(t, "rmse", d->rmse, "of an ABRDF, mean over texels");
     tell(t, "rmse_log", d->rmse_log, "of its logarithm");
     tell(t, "relative", d->relative, "of log luminance, in the Frobenius norm");
+    tell(t, "whole", d->whole, "what that is over: root mean square of B's log luminance");
+    tell(t, "variation", d->variation, "of what texels of B differ from their mean ABRDF");
+    tell(t, "centred", d->centred, "the same error over that");
+    tell(t, "linear", d->linear, "of luminance as it is, in the Frobenius norm");
     tell(t, "direction_error", d->direction_error, "degrees, the greatest between directions");
 }
 
+/* How much of what materials have a basis keeps with its first so many vectors. */
+static double kept(const pv_basis *basis, int64_t rows, int32_t count)
+{
+    double sum = 0, whole = basis->whole * (double)rows;
+    for (int32_t k = 0; k < count && k < basis->components; k++)
+        sum += (double)basis->deviation[k] * (double)basis->deviation[k];
+    return whole > 0 ? sum / whole : 1;
+}
+
+static void tell_basis(telling *t, const pave_btf_model *m, int32_t plane, int32_t of)
+{
+    const pv_basis *basis = &m->basis[plane][of];
+    int64_t rows = pv_basis_rows(m, of);
+    if (t->as_json)
+        pv_json_object(&t->json, of == PV_OF_PATCHES ? "abtf" : "abrdf");
+    tell(t, "components", basis->components, of == PV_OF_PATCHES ? "eigen-ABTFs" : "eigen-ABRDFs");
+    tell(t, "rms", sqrt(basis->whole), "of a value, less that of a grey plane");
+    tell(t, "rms_outside", sqrt(basis->outside), "of what the basis leaves of the materials it was made of");
+    tell(t, "kept_by_16", kept(basis, rows, 16), "of the variance");
+    tell(t, "kept_by_128", kept(basis, rows, 128), "alike");
+    if (t->as_json)
+        pv_json_close(&t->json);
+}
+
+static void tell_rungs(telling *t, const pave_btf_model *m, int32_t plane)
+{
+    if (t->as_json)
+        pv_json_array(&t->json, "settings");
+    for (int32_t k = 0; k < m->rungs; k++) {
+        const pv_rung *r = &m->rung[plane][k];
+        if (t->as_json)
+            pv_json_object(&t->json, NULL);
+        tell(t, "samples", r->samples, "measured, of the material that was held out:");
+        tell(t, "noise_abrdf", sqrt(r->noise[0]), "expected about the ABRDFs");
+        tell(t, "noise_abtf", sqrt(r->noise[1]), "and about the ABTFs");
+        tell(t, "share", r->share, "of the ABTFs' prediction, before the ABRDFs'");
+        if (t->as_json)
+            pv_json_close(&t->json);
+    }
+    if (t->as_json)
+        pv_json_close(&t->json);
+}
+
+static void tell_model(telling *t, const pave_btf_model *m)
+{
+    tell(t, "materials", m->materials, "that it was made of");
+    tell(t, "copies", m->symmetry, "of each, mirrored and turned");
+    tell(t, "texels", (double)m->texels, "of all");
+    tell(t, "patches", (double)m->patches, "of all");
+    tell(t, "patch", m->patch, "texels a side");
+    tell(t, "views", m->views.count, "directions");
+    tell(t, "lights", m->lights.count, "directions");
+    tell(t, "epsilon", (double)m->least, "added before logarithms");
+    if (t->as_json)
+        pv_json_array(&t->json, "channels");
+    for (int32_t c = 0; c < m->planes; c++) {
+        if (t->as_json)
+            pv_json_object(&t->json, NULL);
+        for (int32_t of = 0; of < 2; of++)
+            if (m->basis[c][of].components)
+                tell_basis(t, m, c, of);
+        tell_rungs(t, m, c);
+        if (t->as_json)
+            pv_json_close(&t->json);
+    }
+    if (t->as_json)
+        pv_json_close(&t->json);
+}
+
 static pave_result write_telling(pave_context *context, const char *path, const char *format, const pave_btf *btf,
-                                 const pave_btf_diagnosis *diagnosis, const pave_btf_difference *difference)
+                                 const pave_btf_diagnosis *diagnosis, const pave_btf_difference *difference,
+                                 const pave_btf_model *model)
 {
     telling t = { .as_json = format && !strcmp(format, "json") };
     int before = errno;
@@ -117,6 +191,8 @@ static pave_result write_telling(pave_context *context, const char *path, const 
         pv_json_object(&t.json, NULL);
     if (diagnosis)
         tell_diagnosis(&t, btf, diagnosis);
+    else if (model)
+        tell_model(&t, model);
     else
         tell_difference(&t, difference);
     if (t.as_json)
@@ -134,7 +210,7 @@ pave_result pave_btf_diagnosis_write(pave_context *context, const pave_btf *btf,
         return PAVE_ERR_ARGUMENT;
     memset(&diagnosis, 0, sizeof diagnosis);
     memcpy(&diagnosis, given, given->size < sizeof diagnosis ? given->size : sizeof diagnosis);
-    return write_telling(context, path, format, btf, &diagnosis, NULL);
+    return write_telling(context, path, format, btf, &diagnosis, NULL, NULL);
 }
 
 pave_result pave_btf_difference_write(pave_context *context, const pave_btf_difference *given, const char *path,
@@ -145,5 +221,13 @@ pave_result pave_btf_difference_write(pave_context *context, const pave_btf_diff
         return PAVE_ERR_ARGUMENT;
     memset(&difference, 0, sizeof difference);
     memcpy(&difference, given, given->size < sizeof difference ? given->size : sizeof difference);
-    return write_telling(context, path, format, NULL, NULL, &difference);
+    return write_telling(context, path, format, NULL, NULL, &difference, NULL);
+}
+
+pave_result pave_btf_model_info_write(pave_context *context, const pave_btf_model *model, const char *path,
+                                      const char *format)
+{
+    if (!context || !model || !path)
+        return PAVE_ERR_ARGUMENT;
+    return write_telling(context, path, format, NULL, NULL, NULL, model);
 }

@@ -263,7 +263,7 @@ static double exact_error(pave_context *context, const pave_btf *btf, int32_t co
     double *values = malloc((size_t)n * sizeof *values), whole = 0, left = 0;
     for (int32_t t = 0; t < n; t++) {
         pave_btf_abrdf(btf, t % btf->width, t / btf->width, samples);
-        pv_colour_encode(PV_COLOUR_LOG_YUV, 3, samples, pairs, coded);
+        pv_colour_encode(PV_COLOUR_LOG_YUV, PV_LEAST_LIGHT, 3, samples, pairs, coded);
         for (int64_t p = 0; p < pairs; p++)
             rows[t * pairs + p] = coded[3 * p];
     }
@@ -467,7 +467,7 @@ static void exact_values(pave_context *context, const pave_btf *const *btfs, int
     for (int b = 0; b < 2; b++)
         for (int32_t t = 0; t < 64; t++, n++) {
             pave_btf_abrdf(btfs[b], t % 8, t / 8, samples);
-            pv_colour_encode(PV_COLOUR_LOG_YUV, 3, samples, pairs, coded);
+            pv_colour_encode(PV_COLOUR_LOG_YUV, PV_LEAST_LIGHT, 3, samples, pairs, coded);
             for (int64_t p = 0; p < pairs; p++)
                 rows[n * pairs + p] = coded[3 * p + channel];
         }
