@@ -1,6 +1,7 @@
 /* Reading Bonn's BTF files. Every number is held against the bytes that are there before it is believed. */
 #include "io/bonn.h"
 
+#include "io/reader.h"
 #include "util/half.h"
 
 #include <math.h>
@@ -35,51 +36,12 @@ int pv_is_bonn(const uint8_t *bytes, size_t size)
     return find_signature(bytes, size) != NULL;
 }
 
-/* A file being read: what is left of it, and whether too much was asked. */
-typedef struct reader {
-    pave_context *context;
-    const char *path;
-    const uint8_t *at, *end;
-    int cut;
-} reader;
-
-static const uint8_t *take(reader *r, uint64_t count)
-{
-    const uint8_t *at = r->at;
-    if (r->cut || count > (uint64_t)(r->end - r->at)) {
-        r->cut = 1;
-        return NULL;
-    }
-    r->at += count;
-    return at;
-}
-
-static uint8_t byte(reader *r)
-{
-    const uint8_t *p = take(r, 1);
-    return p ? *p : 0;
-}
-
-static uint32_t word(reader *r)
-{
-    const uint8_t *p = take(r, 4);
-    return p ? (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24 : 0;
-}
-
-static float real(reader *r)
-{
-    uint32_t bits = word(r);
-    float value;
-    memcpy(&value, &bits, sizeof value);
-    return value;
-}
-
-static pave_result damaged(const reader *r, const char *reason)
+static pave_result damaged(const pv_reader *r, const char *reason)
 {
     return pv_fail(r->context, PAVE_ERR_FORMAT, "%s: is a damaged BTF file: %s", r->path, reason);
 }
 
-static pave_result check_cut(const reader *r)
+static pave_result check_cut(const pv_reader *r)
 {
     return r->cut ? damaged(r, "it is cut short") : PAVE_OK;
 }
@@ -96,17 +58,17 @@ typedef struct head {
     pave_direction *views, *lights;
 } head;
 
-static pave_result read_names(reader *r, head *h)
+static pave_result read_names(pv_reader *r, head *h)
 {
-    uint32_t count = word(r);
+    uint32_t count = pv_word(r);
     char *to = h->names;
     if (count < 1 || count > PV_BTF_CHANNELS)
         return r->cut ? check_cut(r)
                       : pv_fail(r->context, PAVE_ERR_LIMIT, "%s: has %u channels, and 1 to %d can be read", r->path,
                                 (unsigned)count, PV_BTF_CHANNELS);
     for (uint32_t i = 0; i < count; i++) {
-        uint32_t length = word(r);
-        const uint8_t *name = take(r, length);
+        uint32_t length = pv_word(r);
+        const uint8_t *name = pv_take(r, length);
         if (!name)
             return check_cut(r);
         if (i)
@@ -123,24 +85,24 @@ static pave_result read_names(reader *r, head *h)
     return PAVE_OK;
 }
 
-static pave_result read_common(reader *r, head *h)
+static pave_result read_common(pv_reader *r, head *h)
 {
     const uint8_t *start = r->at;
-    uint32_t size = word(r), version = word(r);
+    uint32_t size = pv_word(r), version = pv_word(r);
     for (int i = 0; i < 3; i++) {
-        const uint8_t *text = take(r, PV_BTF_TEXT - 1);
+        const uint8_t *text = pv_take(r, PV_BTF_TEXT - 1);
         if (text)
             memcpy(h->text[i], text, PV_BTF_TEXT - 1);
     }
-    h->params.pixels_per_mm = real(r);
+    h->params.pixels_per_mm = pv_real(r);
     for (int i = 0; i < 3; i++)
-        h->rgb_scale[i] = real(r);
+        h->rgb_scale[i] = pv_real(r);
     if (!r->cut && (version < 1 || version > 4))
         return pv_fail(r->context, PAVE_ERR_UNSUPPORTED, "%s: is a BTF file of version %u, and 1 to 4 are read",
                        r->path, (unsigned)version);
-    h->params.cosine = version > 1 ? word(r) != 0 : 0;
-    h->notes_length = version > 2 ? word(r) : 0;
-    h->notes = take(r, h->notes_length);
+    h->params.cosine = version > 1 ? pv_word(r) != 0 : 0;
+    h->notes_length = version > 2 ? pv_word(r) : 0;
+    h->notes = pv_take(r, h->notes_length);
     h->params.channels = 3;
     pave_result result = version > 3 ? read_names(r, h) : PAVE_OK;
     if (result || r->cut)
@@ -150,22 +112,22 @@ static pave_result read_common(reader *r, head *h)
     return (size_t)(r->at - start) == size ? PAVE_OK : damaged(r, "its header has not the size that it says");
 }
 
-static pave_result read_lights(reader *r, head *h, uint32_t view)
+static pave_result read_lights(pv_reader *r, head *h, uint32_t view)
 {
-    uint32_t count = word(r);
+    uint32_t count = pv_word(r);
     pave_result result = PAVE_OK;
     if (!r->cut && !count)
         return damaged(r, "a view has no lights");
     if (view && !r->cut && (int32_t)count != h->params.lights)
         return pv_fail(r->context, PAVE_ERR_UNSUPPORTED, "%s: its views have different lights", r->path);
-    if (r->cut || (uint64_t)count * 8 > (uint64_t)(r->end - r->at))
+    if (r->cut || (uint64_t)count * 8 > pv_left(r))
         return damaged(r, "it is cut short");
     if (!view) {
         h->params.lights = (int32_t)count;
         h->lights = pv_allocate(r->context, count, sizeof *h->lights, &result);
     }
     for (uint32_t l = 0; l < count && !result; l++) {
-        float theta = real(r), phi = real(r);
+        float theta = pv_real(r), phi = pv_real(r);
         if (!view)
             h->lights[l] = (pave_direction){ theta, phi };
         else if (!(fabsf(theta - h->lights[l].theta) < 1e-4f) || !(fabsf(phi - h->lights[l].phi) < 1e-4f))
@@ -174,17 +136,17 @@ static pave_result read_lights(reader *r, head *h, uint32_t view)
     return result;
 }
 
-static pave_result read_sampling(reader *r, head *h)
+static pave_result read_sampling(pv_reader *r, head *h)
 {
-    uint32_t count = word(r);
+    uint32_t count = pv_word(r);
     pave_result result = PAVE_OK;
-    if (r->cut || (uint64_t)count * 12 > (uint64_t)(r->end - r->at))
+    if (r->cut || (uint64_t)count * 12 > pv_left(r))
         return damaged(r, "it is cut short");
     h->params.views = (int32_t)count;
     h->views = pv_allocate(r->context, count, sizeof *h->views, &result);
     for (uint32_t v = 0; v < count && !result; v++) {
-        h->views[v].theta = real(r);
-        h->views[v].phi = real(r);
+        h->views[v].theta = pv_real(r);
+        h->views[v].phi = pv_real(r);
         result = read_lights(r, h, v);
     }
     h->params.view_directions = h->views;
@@ -192,9 +154,9 @@ static pave_result read_sampling(reader *r, head *h)
     return result;
 }
 
-static pave_result read_size(reader *r, head *h)
+static pave_result read_size(pv_reader *r, head *h)
 {
-    uint32_t width = word(r), height = word(r);
+    uint32_t width = pv_word(r), height = pv_word(r);
     if (r->cut)
         return check_cut(r);
     if (width > INT32_MAX || height > INT32_MAX)
@@ -204,47 +166,47 @@ static pave_result read_size(reader *r, head *h)
     return PAVE_OK;
 }
 
-static void walk_matrix(reader *r)
+static void walk_matrix(pv_reader *r)
 {
-    uint64_t size = byte(r), k = word(r), rows = word(r), columns = word(r);
+    uint64_t size = pv_byte(r), k = pv_word(r), rows = pv_word(r), columns = pv_word(r);
     if (k > 65536 || size > 8)
         r->cut = 1;
-    take(r, (1 + rows + columns) * k * size);
+    pv_take(r, (1 + rows + columns) * k * size);
 }
 
 /* Does a body that begins here end with the file? */
-static int body_fits(reader r, const head *h)
+static int body_fits(pv_reader r, const head *h)
 {
     int32_t planes = h->signature->is == DFMF ? h->params.channels : 1;
     if (h->signature->is == BDI) {
         while (!r.cut && r.at != r.end)
-            take(&r, word(&r));
+            pv_take(&r, pv_word(&r));
         return !r.cut;
     }
     if (h->signature->is == DFMF)
-        take(&r, 56);
+        pv_take(&r, 56);
     else if (h->signature->is == FMF_EXTENDED) {
-        uint8_t version = byte(&r);
-        take(&r, version >= 1 ? 4 : 0);
-        uint64_t width = version >= 2 ? word(&r) : 0, height = version >= 2 ? word(&r) : 0;
-        take(&r, height && width < UINT64_MAX / 2 / height ? width * height * 2 : 0);
+        uint8_t version = pv_byte(&r);
+        pv_take(&r, version >= 1 ? 4 : 0);
+        uint64_t width = version >= 2 ? pv_word(&r) : 0, height = version >= 2 ? pv_word(&r) : 0;
+        pv_take(&r, height && width < UINT64_MAX / 2 / height ? width * height * 2 : 0);
     }
     if (h->signature->is != DFMF)
-        word(&r);
+        pv_word(&r);
     for (int32_t c = 0; c < planes; c++)
         walk_matrix(&r);
     return !r.cut && r.at == r.end;
 }
 
 /* Local frames are not used. Readers disagree on how large one is, 3 or 9 numbers: the file's end tells. */
-static pave_result skip_rotations(reader *r, const head *h)
+static pave_result skip_rotations(pv_reader *r, const head *h)
 {
-    uint32_t count = word(r);
+    uint32_t count = pv_word(r);
     if (r->cut || !count)
         return check_cut(r);
     for (uint64_t each = 12; each <= 36; each += 24) {
-        reader after = *r;
-        take(&after, each * count);
+        pv_reader after = *r;
+        pv_take(&after, each * count);
         if (!after.cut && body_fits(after, h)) {
             *r = after;
             return PAVE_OK;
@@ -253,7 +215,7 @@ static pave_result skip_rotations(reader *r, const head *h)
     return damaged(r, "its local frames have not the size that they say");
 }
 
-static pave_result new_btf(const reader *r, const head *h, pave_btf **out)
+static pave_result new_btf(const pv_reader *r, const head *h, pave_btf **out)
 {
     pave_result result = pv_btf_new(r->context, &h->params, out);
     if (result)
@@ -283,9 +245,9 @@ static double scalar(const uint8_t *p, uint8_t size)
     }
 }
 
-static pave_result read_scalars(reader *r, uint8_t size, uint64_t count, float *out)
+static pave_result read_scalars(pv_reader *r, uint8_t size, uint64_t count, float *out)
 {
-    const uint8_t *from = take(r, count * size);
+    const uint8_t *from = pv_take(r, count * size);
     if (!from)
         return check_cut(r);
     for (uint64_t i = 0; i < count; i++) {
@@ -298,7 +260,7 @@ static pave_result read_scalars(reader *r, uint8_t size, uint64_t count, float *
 }
 
 /* The factors of one matrix. Some files hold it the other way round, a texture in each column. */
-static pave_result read_factors(reader *r, uint8_t size, uint32_t components, uint32_t rows, uint32_t columns,
+static pave_result read_factors(pv_reader *r, uint8_t size, uint32_t components, uint32_t rows, uint32_t columns,
                                 int32_t plane, pave_btf *btf)
 {
     uint64_t wanted_rows = (uint64_t)pv_btf_rows(btf), texels = (uint64_t)pv_btf_texels(btf), k = components;
@@ -309,7 +271,7 @@ static pave_result read_factors(reader *r, uint8_t size, uint32_t components, ui
         return damaged(r, "its numbers have an unknown size");
     if (!turned && (rows != wanted_rows || columns != texels))
         return damaged(r, "a matrix does not have the size that directions and texels make");
-    if (!k || k > 65536 || (1 + wanted_rows + texels) * k > (uint64_t)(r->end - r->at) / size)
+    if (!k || k > 65536 || (1 + wanted_rows + texels) * k > pv_left(r) / size)
         return damaged(r, "it is cut short");
     pave_result result = pv_btf_allocate_factors(r->context, btf, plane, (int32_t)components);
     if (result)
@@ -324,12 +286,12 @@ static pave_result read_factors(reader *r, uint8_t size, uint32_t components, ui
     return result;
 }
 
-static pave_result read_dfmf(reader *r, pave_btf *btf)
+static pave_result read_dfmf(pv_reader *r, pave_btf *btf)
 {
-    word(r); /* the most components of a channel: said again by each */
-    btf->colour = (int32_t)word(r);
+    pv_word(r); /* the most components of a channel: said again by each */
+    btf->colour = (int32_t)pv_word(r);
     for (int i = 0; i < 12; i++)
-        btf->colour_space[i] = real(r);
+        btf->colour_space[i] = pv_real(r);
     pave_result result = check_cut(r);
     if (!result && !pv_colour_known(btf->colour))
         result = pv_fail(r->context, PAVE_ERR_UNSUPPORTED, "%s: its colour model %d is not read", r->path,
@@ -337,43 +299,43 @@ static pave_result read_dfmf(reader *r, pave_btf *btf)
     if (!result && btf->channels != 3 && pv_colour_is_triple(btf->colour))
         result = damaged(r, "its colour model is for three channels");
     for (int32_t c = 0; c < btf->channels && !result; c++) {
-        uint8_t size = byte(r);
-        uint32_t k = word(r), rows = word(r), columns = word(r);
+        uint8_t size = pv_byte(r);
+        uint32_t k = pv_word(r), rows = pv_word(r), columns = pv_word(r);
         result = read_factors(r, size, k, rows, columns, c, btf);
     }
     return result;
 }
 
 /* The height map that some files carry is skipped. */
-static pave_result read_extension(reader *r, pave_btf *btf)
+static pave_result read_extension(pv_reader *r, pave_btf *btf)
 {
-    uint8_t version = byte(r);
+    uint8_t version = pv_byte(r);
     if (version > 2)
         return pv_fail(r->context, PAVE_ERR_UNSUPPORTED, "%s: its extended header has version %d, and 0 to 2 are read",
                        r->path, version);
-    btf->colour = version >= 1 && word(r) ? PV_COLOUR_LOG : PV_COLOUR_RGB;
-    uint64_t width = version >= 2 ? word(r) : 0, height = version >= 2 ? word(r) : 0;
-    if (width && height > (uint64_t)(r->end - r->at) / 2 / width)
+    btf->colour = version >= 1 && pv_word(r) ? PV_COLOUR_LOG : PV_COLOUR_RGB;
+    uint64_t width = version >= 2 ? pv_word(r) : 0, height = version >= 2 ? pv_word(r) : 0;
+    if (width && height > pv_left(r) / 2 / width)
         return damaged(r, "it is cut short");
-    take(r, width * height * 2);
+    pv_take(r, width * height * 2);
     return check_cut(r);
 }
 
-static pave_result read_fmf(reader *r, kind is, pave_btf *btf)
+static pave_result read_fmf(pv_reader *r, kind is, pave_btf *btf)
 {
     btf->joint = 1;
     btf->colour = PV_COLOUR_RGB;
     pave_result result = is == FMF_EXTENDED ? read_extension(r, btf) : PAVE_OK;
     if (result)
         return result;
-    word(r); /* components: said again */
-    uint8_t size = byte(r);
-    uint32_t k = word(r), rows = word(r), columns = word(r);
+    pv_word(r); /* components: said again */
+    uint8_t size = pv_byte(r);
+    uint32_t k = pv_word(r), rows = pv_word(r), columns = pv_word(r);
     return read_factors(r, size, k, rows, columns, 0, btf);
 }
 
 /* Texels that were left out have no place in a sparse file. */
-static pave_result place_texels(reader *r, const uint8_t *mask, pave_btf *btf)
+static pave_result place_texels(pv_reader *r, const uint8_t *mask, pave_btf *btf)
 {
     pave_result result = PAVE_OK;
     int64_t texels = pv_btf_texels(btf);
@@ -384,20 +346,20 @@ static pave_result place_texels(reader *r, const uint8_t *mask, pave_btf *btf)
     return result;
 }
 
-static pave_result check_chunks(reader *r, const pave_btf *btf, uint64_t stored)
+static pave_result check_chunks(pv_reader *r, const pave_btf *btf, uint64_t stored)
 {
     const pv_samples *s = &btf->samples;
     for (uint64_t done = 0; done < stored; done += (uint64_t)s->chunk) {
         uint64_t here = stored - done < (uint64_t)s->chunk ? stored - done : (uint64_t)s->chunk;
-        uint32_t size = word(r);
+        uint32_t size = pv_word(r);
         if (!r->cut && size != here * s->texel_bytes)
             return damaged(r, "a chunk does not have the size that its texels make");
-        take(r, size);
+        pv_take(r, size);
     }
     return check_cut(r);
 }
 
-static pave_result read_bdi(reader *r, pave_btf *btf, uint32_t lines, uint8_t compression, const uint8_t *mask)
+static pave_result read_bdi(pv_reader *r, pave_btf *btf, uint32_t lines, uint8_t compression, const uint8_t *mask)
 {
     uint64_t texels = (uint64_t)pv_btf_texels(btf), stored = texels;
     pave_result result = PAVE_OK;
@@ -415,17 +377,17 @@ static pave_result read_bdi(reader *r, pave_btf *btf, uint32_t lines, uint8_t co
                                                                                       : INT32_MAX);
     btf->samples.gap = 4;
     btf->samples.first = r->at + 4;
-    if ((double)stored * (double)btf->samples.texel_bytes > (double)(r->end - r->at))
+    if ((double)stored * (double)btf->samples.texel_bytes > (double)pv_left(r))
         return damaged(r, "it is cut short");
     return result ? result : check_chunks(r, btf, stored);
 }
 
-static pave_result read_body(reader *r, head *h, int *keeps, pave_btf **out)
+static pave_result read_body(pv_reader *r, head *h, int *keeps, pave_btf **out)
 {
     int bdi = h->signature->is == BDI;
-    uint32_t lines = bdi ? word(r) : 0;
-    uint8_t compression = bdi ? byte(r) : 0;
-    const uint8_t *mask = bdi ? take(r, (uint64_t)h->params.width * (uint64_t)h->params.height) : NULL;
+    uint32_t lines = bdi ? pv_word(r) : 0;
+    uint8_t compression = bdi ? pv_byte(r) : 0;
+    const uint8_t *mask = bdi ? pv_take(r, (uint64_t)h->params.width * (uint64_t)h->params.height) : NULL;
     pave_result result = check_cut(r);
     if (!result && h->signature->rotations)
         result = skip_rotations(r, h);
@@ -445,7 +407,8 @@ pave_result pv_bonn_read(pave_context *context, const char *path, const uint8_t 
                          pave_btf **out)
 {
     head h = { .signature = find_signature(bytes, size), .params = PAVE_BTF_PARAMS_INIT };
-    reader r = { context, path, bytes + strlen(h.signature->text), bytes + size, 0 };
+    pv_reader r = pv_reader_of(context, path, bytes, size);
+    r.at += strlen(h.signature->text);
     *keeps = 0;
     if (h.signature->is == PVF)
         return pv_fail(context, PAVE_ERR_UNSUPPORTED, "%s: is a PVF file (factored view by view), which is not read",

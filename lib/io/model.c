@@ -5,6 +5,7 @@
 
 #include "io/input.h"
 #include "io/output.h"
+#include "io/reader.h"
 
 #include <errno.h>
 #include <math.h>
@@ -137,47 +138,7 @@ pave_result pave_btf_model_write(pave_context *context, const pave_btf_model *mo
 
 /* ---- Reading: every number is held against the bytes that are there before it is believed ---- */
 
-typedef struct reader {
-    pave_context *context;
-    const char *path;
-    const uint8_t *bytes;
-    size_t size, at;
-    int cut;
-} reader;
-
-static const uint8_t *take(reader *r, uint64_t count)
-{
-    if (r->cut || count > r->size - r->at) {
-        r->cut = 1;
-        return NULL;
-    }
-    r->at += (size_t)count;
-    return r->bytes + r->at - count;
-}
-
-static uint32_t word(reader *r)
-{
-    const uint8_t *p = take(r, 4);
-    return p ? (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24 : 0;
-}
-
-static float real(reader *r)
-{
-    uint32_t bits = word(r);
-    float value;
-    memcpy(&value, &bits, sizeof value);
-    return value;
-}
-
-static double number(reader *r)
-{
-    uint64_t low = word(r), bits = low | (uint64_t)word(r) << 32;
-    double value;
-    memcpy(&value, &bits, sizeof value);
-    return value;
-}
-
-static pave_result damaged(const reader *r, const char *reason)
+static pave_result damaged(const pv_reader *r, const char *reason)
 {
     return pv_fail(r->context, PAVE_ERR_FORMAT, "%s: is a damaged model: %s", r->path,
                    r->cut ? "it is cut short" : reason);
@@ -200,47 +161,47 @@ static int head_is_sound(const head *h)
            h->least > 0 && h->least <= 1 && h->texels >= 0 && h->texels < 1e15 && h->patches >= 0 && h->patches < 1e15;
 }
 
-static pave_result read_head(reader *r, head *h)
+static pave_result read_head(pv_reader *r, head *h)
 {
-    const uint8_t *sign = take(r, SIGNATURE);
+    const uint8_t *sign = pv_take(r, SIGNATURE);
     if (!sign || memcmp(sign, signature, SIGNATURE))
         return pv_fail(r->context, PAVE_ERR_FORMAT, "%s: is not a model of BTFs", r->path);
-    uint32_t format = word(r);
+    uint32_t format = pv_word(r);
     if (format != FORMAT)
         return pv_fail(r->context, PAVE_ERR_UNSUPPORTED, "%s: is a model of format %u, and %d is read", r->path,
                        (unsigned)format, FORMAT);
     int32_t *words[9] = { &h->channels, &h->colour, &h->cosine, &h->patch, &h->materials, &h->symmetry, &h->views,
                           &h->lights, &h->rungs };
     for (int i = 0; i < 9; i++) {
-        uint32_t value = word(r);
+        uint32_t value = pv_word(r);
         *words[i] = value <= INT32_MAX ? (int32_t)value : -1;
     }
-    h->least = real(r);
-    h->texels = number(r);
-    h->patches = number(r);
+    h->least = pv_real(r);
+    h->texels = pv_number(r);
+    h->patches = pv_number(r);
     return r->cut || !head_is_sound(h) ? damaged(r, "its header holds what cannot be") : PAVE_OK;
 }
 
-static pave_result read_directions(reader *r, int32_t count, pave_direction **out)
+static pave_result read_directions(pv_reader *r, int32_t count, pave_direction **out)
 {
     pave_result result = PAVE_OK;
     const size_t needed = (size_t)count * 8;
-    if (needed > r->size - r->at)
+    if (needed > pv_left(r))
         r->cut = 1;
     if (r->cut)
         return damaged(r, "");
     *out = pv_allocate(r->context, (size_t)count, sizeof **out, &result);
     for (int32_t i = 0; i < count && !result; i++) {
-        (*out)[i].theta = real(r);
-        (*out)[i].phi = real(r);
+        (*out)[i].theta = pv_real(r);
+        (*out)[i].phi = pv_real(r);
     }
     return result;
 }
 
-static void read_names(reader *r, const head *h, char names[][PV_BTF_NAME])
+static void read_names(pv_reader *r, const head *h, char names[][PV_BTF_NAME])
 {
     for (int32_t c = 0; c < h->channels; c++) {
-        const uint8_t *name = take(r, PV_BTF_NAME);
+        const uint8_t *name = pv_take(r, PV_BTF_NAME);
         for (int32_t i = 0; i < PV_BTF_NAME - 1 && name && name[i]; i++)
             names[c][i] = name[i] == ',' || name[i] < ' ' ? '_' : (char)name[i];
         if (!names[c][0])
@@ -248,7 +209,7 @@ static void read_names(reader *r, const head *h, char names[][PV_BTF_NAME])
     }
 }
 
-static pave_result make_frame(reader *r, const head *h, pave_btf_model **out)
+static pave_result make_frame(pv_reader *r, const head *h, pave_btf_model **out)
 {
     char names[PV_BTF_CHANNELS][PV_BTF_NAME] = { { 0 } };
     pave_direction *views = NULL, *lights = NULL;
@@ -256,7 +217,7 @@ static pave_result make_frame(reader *r, const head *h, pave_btf_model **out)
     pave_result result = read_directions(r, h->views, &views);
     if (!result)
         result = read_directions(r, h->lights, &lights);
-    if (!result && (uint64_t)h->views * (uint64_t)h->lights * 4 * (uint64_t)h->channels > r->size - r->at)
+    if (!result && (uint64_t)h->views * (uint64_t)h->lights * 4 * (uint64_t)h->channels > pv_left(r))
         result = (r->cut = 1, damaged(r, ""));
     if (!result)
         result = pv_model_new(r->context, h->channels, views, h->views, lights, h->lights, out);
@@ -294,18 +255,18 @@ static int rung_is_sound(const pv_rung *r)
            isfinite(r->trust);
 }
 
-static pave_result read_plane(reader *r, pave_btf_model *m, int32_t plane)
+static pave_result read_plane(pv_reader *r, pave_btf_model *m, int32_t plane)
 {
     double last = 0;
     int sound = 1;
-    m->range[plane][0] = real(r);
-    m->range[plane][1] = real(r);
+    m->range[plane][0] = pv_real(r);
+    m->range[plane][1] = pv_real(r);
     sound &= all_within(m->range[plane], 2, -1e5f, 1e5f) && m->range[plane][0] <= m->range[plane][1];
     for (int32_t of = 0; of < 2; of++) {
         pv_basis *b = &m->basis[plane][of];
-        uint32_t components = word(r);
-        b->whole = number(r);
-        b->outside = number(r);
+        uint32_t components = pv_word(r);
+        b->whole = pv_number(r);
+        b->outside = pv_number(r);
         sound &= components <= PV_MOST_COMPONENTS && components <= pv_basis_rows(m, of) && b->whole >= 0 &&
                  b->outside >= 0 && isfinite(b->whole) && isfinite(b->outside);
         sound &= of == PV_OF_PATCHES ? (components > 0) == (m->patch > 1) : components > 0;
@@ -315,25 +276,25 @@ static pave_result read_plane(reader *r, pave_btf_model *m, int32_t plane)
         pv_rung *g = &m->rung[plane][k];
         double *numbers[6] = { &g->samples, &g->noise[0], &g->noise[1], &g->rest, &g->share, &g->trust };
         for (int i = 0; i < 6; i++)
-            *numbers[i] = number(r);
+            *numbers[i] = pv_number(r);
         sound &= rung_is_sound(g) && g->samples > last;
         last = g->samples;
     }
     for (int64_t p = 0; p < pv_model_pairs(m); p++)
-        m->mean[plane * pv_model_pairs(m) + p] = real(r);
+        m->mean[plane * pv_model_pairs(m) + p] = pv_real(r);
     sound &= all_within(m->mean + plane * pv_model_pairs(m), pv_model_pairs(m), -1e5f, 1e5f);
     return r->cut || !sound ? damaged(r, "a channel's settings hold what cannot be") : PAVE_OK;
 }
 
 /* Floats where they lie in the map. */
-static float *take_reals(reader *r, int64_t count)
+static float *take_reals(pv_reader *r, int64_t count)
 {
-    take(r, (ALIGNMENT - r->at % ALIGNMENT) % ALIGNMENT);
-    const uint8_t *at = take(r, (uint64_t)count * 4);
+    pv_take(r, (ALIGNMENT - (uint64_t)(r->at - r->begin) % ALIGNMENT) % ALIGNMENT);
+    const uint8_t *at = pv_take(r, (uint64_t)count * 4);
     return (float *)(uintptr_t)at;
 }
 
-static pave_result find_bases(reader *r, pave_btf_model *m)
+static pave_result find_bases(pv_reader *r, pave_btf_model *m)
 {
     pave_result result = PAVE_OK;
     for (int32_t i = 0; i < 2 * m->planes && !result; i++) {
@@ -346,10 +307,10 @@ static pave_result find_bases(reader *r, pave_btf_model *m)
         if (!result)
             result = pv_progress(r->context, (i + 1.0) / (2 * m->planes));
     }
-    return result || r->at == r->size ? result : damaged(r, "bytes are left over at its end");
+    return result || r->at == r->end ? result : damaged(r, "bytes are left over at its end");
 }
 
-static pave_result read_model(reader *r, pave_btf_model **out)
+static pave_result read_model(pv_reader *r, pave_btf_model **out)
 {
     head h;
     pave_result result = read_head(r, &h);
@@ -369,7 +330,7 @@ static pave_result read_mapped(const pv_input *input, pave_btf_model **out)
     uint8_t *bytes = mmap(NULL, size, PROT_READ, MAP_PRIVATE, input->file, 0);
     if (bytes == MAP_FAILED)
         return pv_unreadable(input->context, input->path, errno);
-    reader r = { .context = input->context, .path = input->path, .bytes = bytes, .size = size };
+    pv_reader r = pv_reader_of(input->context, input->path, bytes, size);
     pave_result result = read_model(&r, out);
     if (*out) { /* what it has of bases lies in the map */
         (*out)->map = bytes;
