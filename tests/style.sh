@@ -45,6 +45,9 @@ none "the library never prints, exits or touches the environment, the locale or 
 none "no global that can change" '^(static )?(int|int32_t|double|size_t|char|void \*)[a-z_ *]*(\[[^]]*\])?( = [^(]*)?;$' lib --include=*.c
 none "only one C++ file" '' --include=*.cc --include=*.cxx -l lib cli
 [ "$(find lib cli -name '*.cpp' | wc -l)" -eq 1 ] || complain "there is one C++ file: lib/io/oiio.cpp"
+for file in $(git ls-files 2>/dev/null | grep -v /); do
+  case $file in CMakeLists.txt | LICENSE | README.md | .*) ;; *) complain "$file does not belong into the top level" ;; esac
+done
 none "no tabs" "$(printf '\t')" lib cli include shaders examples tests --include=*.[ch] --include=*.cpp --include=*.glsl --include=*.comp --include=*.vert --include=*.frag --include=*.sh --include=*.txt
 none "no space at the end of a line" ' +$' lib cli include shaders examples tests docs --include=*.[ch] --include=*.cpp --include=*.glsl --include=*.comp --include=*.vert --include=*.frag --include=*.sh --include=*.md --include=*.txt
 none "no line beyond 120 columns" '^.{121,}$' lib cli include shaders --include=*.[ch] --include=*.cpp --include=*.glsl --include=*.comp --include=*.vert --include=*.frag
