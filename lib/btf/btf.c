@@ -257,24 +257,19 @@ void pv_btf_mix(const pave_btf *btf, pave_direction view, pave_direction light, 
     }
 }
 
-void pv_btf_add(const pave_btf *btf, int64_t texel, const pv_mix *mix, double weight, double *sum)
-{
-    float values[PV_BTF_CHANNELS];
-    for (int32_t i = 0; i < 9; i++) {
-        if (mix->weight[i] == 0)
-            continue;
-        pv_btf_sample(btf, texel, mix->pair[i], values);
-        for (int32_t c = 0; c < btf->channels; c++)
-            sum[c] += weight * mix->weight[i] * values[c];
-    }
-}
-
 void pave_btf_lookup(const pave_btf *btf, int32_t x, int32_t y, pave_direction view, pave_direction light, float *out)
 {
     double sum[PV_BTF_CHANNELS] = { 0 };
+    float values[PV_BTF_CHANNELS];
     pv_mix mix;
     pv_btf_mix(btf, view, light, &mix);
-    pv_btf_add(btf, (int64_t)y * btf->width + x, &mix, 1, sum);
+    for (int32_t i = 0; i < 9; i++) {
+        if (mix.weight[i] == 0)
+            continue;
+        pv_btf_sample(btf, (int64_t)y * btf->width + x, mix.pair[i], values);
+        for (int32_t c = 0; c < btf->channels; c++)
+            sum[c] += mix.weight[i] * values[c];
+    }
     for (int32_t c = 0; c < btf->channels; c++)
         out[c] = (float)sum[c];
 }

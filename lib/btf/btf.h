@@ -128,9 +128,6 @@ typedef struct pv_mix {
 /* Lights below the lowest ring fade towards the horizon, where no light is left. */
 void pv_btf_mix(const pave_btf *btf, pave_direction view, pave_direction light, pv_mix *out);
 
-/* Adds `weight` times what a texel sends by a mix to `sum`, a number for each channel. */
-void pv_btf_add(const pave_btf *btf, int64_t texel, const pv_mix *mix, double weight, double *sum);
-
 /* Are all of them finite? */
 int pv_all_finite(const float *values, int64_t count);
 

@@ -11,7 +11,8 @@
 
 enum { QUARTER = 16384, SWEEPS = 12, COARSEST = 8, COARSEST_SWEEPS = 200, SERIAL = 4096, SERIAL_SIDE = 62 };
 
-int32_t pv_angle_of(double x, double y)
+/* 65536 to a turn, of a vector that is not 0. */
+static int32_t angle_of(double x, double y)
 {
     double ax = fabs(x), ay = fabs(y), t = ax > ay ? ay / ax : ax / ay, s = t * t;
     double a = t * (0.99997726 + s * (-0.33262347 + s * (0.19354346 +
@@ -268,7 +269,7 @@ static void read_row(void *data, int32_t y, int32_t worker)
             float d = l->way[2 * ((int64_t)y1 * l->width + x0) + c], f = l->way[2 * ((int64_t)y1 * l->width + x1) + c];
             way[c] = (1 - fy) * (a + fx * (b - a)) + fy * (d + fx * (f - d));
         }
-        int32_t angle = way[0] != 0 || way[1] != 0 ? pv_angle_of((double)way[0], (double)way[1]) : 0;
+        int32_t angle = way[0] != 0 || way[1] != 0 ? angle_of((double)way[0], (double)way[1]) : 0;
         g->direction[(int64_t)y * g->width + x] = (uint16_t)(angle / r->e->fold);
     }
 }
@@ -327,7 +328,7 @@ pave_result pv_field_gradient(pave_context *context, pave_guide *guide)
                                      pv_inside(x + k % 3 - 1, guide->width, guide->wraps)];
             double gx = d[0][2] - d[0][0] + 2 * (d[1][2] - d[1][0]) + d[2][2] - d[2][0];
             double gy = d[2][0] - d[0][0] + 2 * (d[2][1] - d[0][1]) + d[2][2] - d[0][2];
-            int32_t angle = gx != 0 || gy != 0 ? pv_angle_of(gx, gy) + QUARTER : 0;
+            int32_t angle = gx != 0 || gy != 0 ? angle_of(gx, gy) + QUARTER : 0;
             guide->direction[(int64_t)y * guide->width + x] = (uint16_t)angle;
         }
     return edge_directions(context, 20, guide);
@@ -344,7 +345,7 @@ pave_result pv_field_take(pave_context *context, const pave_image *image, pave_g
         }
         double x = a - half, y = pv_image_value(image, i * image->channels + 1) - half;
         int known = isfinite(x) && isfinite(y) && (x != 0 || y != 0);
-        guide->direction[i] = (uint16_t)(known ? pv_angle_of(x, y) : 0);
+        guide->direction[i] = (uint16_t)(known ? angle_of(x, y) : 0);
     }
     return edge_directions(context, 20, guide);
 }

@@ -68,9 +68,6 @@ static inline int32_t pv_inside(int32_t v, int32_t length, int32_t wraps)
     return wraps ? pv_modulo(v, length) : v < 0 ? 0 : length - 1;
 }
 
-/* An angle as 65536 to a turn, of a vector that is not 0. */
-int32_t pv_angle_of(double x, double y);
-
 /* guide.c */
 pave_result pv_guide_make(pave_context *context, const pave_mosaic_sources *sources, const pave_mosaic_params *params,
                           const pv_photo *photo, pave_guide **out);

@@ -14,7 +14,7 @@ static double decay(double x)
     return v;
 }
 
-pave_result pv_window_create(pave_context *context, int32_t side, int32_t features, double sigma, pv_window *out)
+static pave_result create_window(pave_context *context, int32_t side, int32_t features, double sigma, pv_window *out)
 {
     enum { LANES = 16, MOST = 1900 };
     pave_result result = PAVE_OK;
@@ -209,7 +209,7 @@ pave_result pv_windows_create(pave_context *context, const pv_texels *texels, in
     bank->features = texels->features;
     bank->copies = transposed ? 2 : 1;
     bank->positions = bank->copies * bank->width * bank->height;
-    pave_result result = pv_window_create(context, side, texels->features, sigma, &bank->window);
+    pave_result result = create_window(context, side, texels->features, sigma, &bank->window);
     if (!result)
         result = allocate(context, bank);
     if (result)

@@ -47,8 +47,6 @@ typedef struct pv_steps {
     int64_t target[PV_STEPS], total;
 } pv_steps;
 
-pave_result pv_window_create(pave_context *context, int32_t side, int32_t features, double sigma, pv_window *out);
-
 /* Half the size: means of 2 x 2; a class is that of the mean. */
 pave_result pv_texels_halve(pave_context *context, const pv_texels *from, int labels, pv_texels *out);
 void pv_texels_free(pv_texels *texels);
