@@ -145,9 +145,9 @@ int maps_main(int argc, char **argv)
     cli_command command = {
         .verb = "maps",
         .usage = "STONES -o FOLDER/ [-o FILE.glb] [options]",
-        .summary = "Makes what a renderer takes of a pavement: maps of its surface (colour, height, normal, roughness,\n"
-                   "occlusion, mask, number of the stone), or a model of its stones. STONES is a file that pave lay\n"
-                   "wrote as .stones or .svg.",
+        .summary = "Makes what a renderer takes of a pavement: maps of its surface (colour, height, normal,\n"
+                   "roughness, occlusion, mask, number of the stone), or a model of its stones. STONES is a file\n"
+                   "that pave lay wrote as .stones or .svg.",
         .outputs = "write maps into a folder/, or a model.glb (glTF 2.0); repeatable",
         .inputs = 1,
         .groups = groups,

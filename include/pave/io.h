@@ -100,12 +100,12 @@ PAVE_API void pave_maps_file_params_init(pave_maps_file_params *params, size_t s
 
 /* Writes maps into a folder, which is made if it is not there: colour.png, height.png, normal.png, roughness.png,
  * occlusion.png, mask.png, id.exr, and maps.json, which says what they are of. Heights are 16 bits from the lowest to
- * the highest (pave_maps_lowest), colours of floats are 16 bits for display. As EXR all end in .exr, heights are px, and
- * colours linear light. Files are made beside the folder and moved when all are complete. */
+ * the highest (pave_maps_lowest), colours of floats are 16 bits for display. As EXR all end in .exr, heights are px,
+ * and colours linear light. Files are made beside the folder and moved when all are complete. */
 PAVE_API pave_result pave_maps_write(pave_context *context, const pave_maps *maps,
                                      const pave_maps_file_params *params, const char *folder);
 
-/* Writes a model as binary glTF 2.0 (.glb), with its pictures. PAVE_ERR_LIMIT beyond 4 GiB, which no such file holds. */
+/* Writes a model as binary glTF 2.0 (.glb), with its pictures. PAVE_ERR_LIMIT beyond 4 GiB: no such file holds that. */
 PAVE_API pave_result pave_model_write(pave_context *context, const pave_model *model, const char *path);
 
 /* What whole-number pictures of a BTF hold: display values by the curve of sRGB, or by a power of 2.2. */

@@ -156,8 +156,9 @@ PAVE_API void pave_model_params_init(pave_model_params *params, size_t size);
  * cut from it, a texture is folded down over the edge. x is to the right, y up, z down the drawing, in metres from
  * the middle of the window. Edges are rounded as in the maps, but less where a stone is too narrow.
  * Stones that cross themselves or are thinner than 1/100 px are left out, with a warning.
- * Errors: as pave_maps_create; PAVE_ERR_FORMAT if no stone is left; PAVE_ERR_LIMIT for more vertices than 32-bit indices
- * tell apart, or a stone larger than 16000 px. Cost: 1.5 KB a stone of four corners, and with maps 40 bytes a pixel. */
+ * Errors: as pave_maps_create; PAVE_ERR_FORMAT if no stone is left; PAVE_ERR_LIMIT for more vertices than 32-bit
+ * indices tell apart, or a stone larger than 16000 px. Cost: 1.5 KB a stone of four corners, and with maps 40 bytes a
+ * pixel. */
 PAVE_API pave_result pave_model_create(pave_context *context, const pave_maps_input *input,
                                        const pave_maps_params *maps, const pave_model_params *params,
                                        pave_model **out);
