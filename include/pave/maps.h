@@ -32,8 +32,9 @@ enum {
 
 /* What is beyond the border of a texture or volume. */
 enum {
-    PAVE_REPEAT_WRAP = 0,  /* its other side, as pave_tiling_create and periodic volumes want it */
-    PAVE_REPEAT_MIRROR = 1 /* its mirror image; faces that fit are cut where they do not reach it */
+    PAVE_REPEAT_AUTO = 0,  /* along each axis: its other side if that fits, else its mirror image */
+    PAVE_REPEAT_WRAP = 1,  /* its other side, as what pave_tiling_create and periodic volumes make wants it */
+    PAVE_REPEAT_MIRROR = 2 /* its mirror image; faces that fit are cut where they do not reach it */
 };
 
 /* Whether stones have the colours of the pavement (each texture's mean becomes the stone's colour), or of textures. */
@@ -73,7 +74,7 @@ typedef struct pave_maps_params {
 } pave_maps_params;
 
 #define PAVE_MAPS_PARAMS_INIT \
-    { sizeof(pave_maps_params), 4.0, { 0, 0, 0, 0 }, 1, 0.0, PAVE_TURNS_ANY, PAVE_REPEAT_WRAP, PAVE_TINT_AUTO, 0.08, \
+    { sizeof(pave_maps_params), 4.0, { 0, 0, 0, 0 }, 1, 0.0, PAVE_TURNS_ANY, PAVE_REPEAT_AUTO, PAVE_TINT_AUTO, 0.08, \
       0.25, 1.5, 0.05, 0.05, 0.3, 0.03, { 0, { 0 } }, 0.7, 0.1, 0.95, 2.0, PAVE_NORMAL_UP, 0.0 }
 
 PAVE_API void pave_maps_params_init(pave_maps_params *params, size_t size);
@@ -147,7 +148,7 @@ typedef struct pave_model_params {
     int32_t ground;          /* 1: with a floor at the height of the joints */
 } pave_model_params;
 
-#define PAVE_MODEL_PARAMS_INIT { sizeof(pave_model_params), 100.0, 1.5, 2, PAVE_SKIN_MAPS, 1 }
+#define PAVE_MODEL_PARAMS_INIT { sizeof(pave_model_params), 100.0, 1.0, 2, PAVE_SKIN_MAPS, 1 }
 
 PAVE_API void pave_model_params_init(pave_model_params *params, size_t size);
 
@@ -183,7 +184,7 @@ PAVE_API const int64_t *pave_model_starts(const pave_model *model);
 enum {
     PAVE_SKIN_COLOUR = 0,  /* R, G, B, display values of 8 bits */
     PAVE_SKIN_SURFACE = 1, /* occlusion, roughness, 0: 8 bits */
-    PAVE_SKIN_NORMAL = 2,  /* of what stands out by `relief`, y up, 16 bits; NULL where nothing does */
+    PAVE_SKIN_NORMAL = 2,  /* of what stands out by `relief`, y up, 8 bits; NULL where nothing does */
     PAVE_SKIN_COUNT = 3
 };
 PAVE_API const pave_image *pave_model_picture(const pave_model *model, int32_t picture);

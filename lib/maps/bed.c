@@ -12,6 +12,7 @@
 #include <string.h>
 
 enum { MOST_SIDE = 1 << 20, MOST_SAMPLES = 16, STONES_AT_ONCE = 4096 };
+static const double most_seam = 1.5;
 
 /* Colours that a stone can be of. */
 static int32_t colours_of(const pave_stones *stones)
@@ -48,6 +49,14 @@ static pave_result check_period(pave_context *context, const pave_stones *stones
                    stones->plane_width, stones->plane_height, width, height);
 }
 
+/* Its sides fit if they differ hardly more than neighbours do. */
+static void set_border(const pv_bed *bed, pv_quarry *block)
+{
+    for (int a = 0; a < 3; a++)
+        block->mirrors[a] = bed->params.repeat == PAVE_REPEAT_MIRROR ||
+                            (bed->params.repeat == PAVE_REPEAT_AUTO && block->seam[a] > most_seam);
+}
+
 static pave_result read_blocks(pave_context *context, const pave_maps_input *input, pv_bed *bed)
 {
     pave_result result = PAVE_OK;
@@ -58,11 +67,12 @@ static pave_result read_blocks(pave_context *context, const pave_maps_input *inp
         snprintf(name, sizeof name, "%s %d", input->texture_count ? "texture" : "volume", (int)i + 1);
         result = input->texture_count ? pv_quarry_of_image(context, input->textures[i], name, &bed->block[i])
                                       : pv_quarry_of_volume(context, input->volumes[i], name, &bed->block[i]);
-        bed->block[i].mirrors = bed->params.repeat == PAVE_REPEAT_MIRROR;
+        set_border(bed, &bed->block[i]);
         bed->blocks += !result;
     }
     if (!result && input->joint)
         result = pv_quarry_of_image(context, input->joint, "the joints' texture", &bed->joint);
+    set_border(bed, &bed->joint);
     return result;
 }
 

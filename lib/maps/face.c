@@ -64,7 +64,7 @@ static void draw_turn(const pv_bed *bed, const pv_laid *laid, const pv_quarry *b
 static double draw_start(const pv_quarry *block, int axis, double radius, uint32_t word)
 {
     int32_t size = block->size[axis], margin = 0;
-    if (block->mirrors && 2 * radius < size)
+    if (block->mirrors[axis] && 2 * radius < size)
         margin = (int32_t)radius;
     return margin + pv_below(word, (uint32_t)(size - 2 * margin)) - (axis == 2 ? 0 : 0.5);
 }

@@ -118,7 +118,7 @@ typedef struct pv_plate {
     float *height;
     uint8_t *roughness, *mask;
     uint32_t *id;    /* number and part */
-    uint16_t *grain; /* normals of what stands out of plane faces */
+    uint8_t *grain;  /* normals of what stands out of plane faces, y up */
 } pv_plate;
 
 pave_result pv_plate_paint(pave_context *context, const pv_bed *bed, pv_plate *plate, double from, double to);
@@ -130,6 +130,7 @@ typedef struct pv_coder {
 } pv_coder;
 
 void pv_coder_begin(pv_coder *coder, int32_t type);
+void pv_grain_put(double across, double down, uint8_t out[3]);
 void pv_coder_put(const pv_coder *coder, void *out, int64_t index, const double light[3]);
 
 /* shade.c: what follows from heights; `slope` px of the maps to a px of heights. */
@@ -143,8 +144,8 @@ typedef struct pv_shades {
     double reach;       /* px of the maps */
 } pv_shades;
 
-/* The normal of a slope to the right and down the picture, as 16 bits; `up`: y is up. */
-void pv_normal_put(double across, double down, int32_t up, uint16_t out[3]);
+/* The unit normal of a slope to the right and down the picture, -1..1 as 0..1; `up`: y is up. */
+void pv_normal_of(double across, double down, int32_t up, double out[3]);
 
 int32_t pv_shade_rim(double reach);
 pave_result pv_shade(pave_context *context, const pv_shades *shades, double from, double to);

@@ -182,6 +182,14 @@ static uint8_t byte_of(double value)
     return (uint8_t)(pv_clamped(value, 0, 1) * 255 + 0.5);
 }
 
+void pv_grain_put(double across, double down, uint8_t out[3])
+{
+    double n[3];
+    pv_normal_of(across, down, 1, n);
+    for (int c = 0; c < 3; c++)
+        out[c] = byte_of(n[c]);
+}
+
 /* The light of a px: stones share it where they overlap, joints have what they leave. */
 static void light_of(const painting *p, const mixture *m, const double joint[3], double light[3])
 {
@@ -213,7 +221,7 @@ static void finish(const painting *p, const mixture *m, int32_t x, int32_t y)
     }
     double whole_ink = m->ink > 0 ? 1 / m->ink : 0;
     if (s->grain)
-        pv_normal_put(m->slope[0] * whole_ink, m->slope[1] * whole_ink, 1, s->grain + 3 * at);
+        pv_grain_put(m->slope[0] * whole_ink, m->slope[1] * whole_ink, s->grain + 3 * at);
     if (s->roughness)
         s->roughness[at] = byte_of(m->roughness * whole + room * bed->params.joint_roughness);
     if (s->mask)

@@ -40,11 +40,30 @@ static pave_result make_table(pave_context *context, pv_quarry *b, int display)
     return result;
 }
 
-/* Looks at every voxel once: is it a number, and what is their mean? */
+/* How much a voxel differs from the next one along an axis, which may be across the border. */
+static void add_difference(const pv_quarry *b, int64_t index, int axis, double inner[3], double across[3])
+{
+    const int64_t step[3] = { 1, b->size[0], (int64_t)b->size[0] * b->size[1] };
+    int32_t place = (int32_t)(index / step[axis] % b->size[axis]);
+    int last = place + 1 == b->size[axis];
+    int64_t next = last ? index - place * step[axis] : index + step[axis];
+    double here = value_at(b, index * b->channels + b->colour[1]);
+    double there = value_at(b, next * b->channels + b->colour[1]);
+    (last ? across : inner)[axis] += fabs(there - here);
+}
+
+static void set_seams(pv_quarry *b, const double inner[3], const double across[3])
+{
+    for (int a = 0; a < 3; a++)
+        if (b->size[a] > 1)
+            b->seam[a] = across[a] * (b->size[a] - 1) / fmax(inner[a], 1e-12);
+}
+
+/* Looks at every voxel: is it a number, what is their mean, and do opposite sides fit? */
 static pave_result survey(pave_context *context, pv_quarry *b, const char *what)
 {
     int64_t voxels = (int64_t)b->size[0] * b->size[1] * b->size[2];
-    double sum[3] = { 0, 0, 0 };
+    double sum[3] = { 0, 0, 0 }, inner[3] = { 0, 0, 0 }, across[3] = { 0, 0, 0 };
     for (int64_t i = 0; i < voxels; i++) {
         pave_result result = i % VALUES_AT_ONCE ? PAVE_OK : pv_progress(context, 0);
         if (result)
@@ -57,7 +76,10 @@ static pave_result survey(pave_context *context, pv_quarry *b, const char *what)
                                (int)(i / b->size[0] / b->size[1]));
             sum[c] += value;
         }
+        for (int a = 0; a < 3 && isfinite(sum[1]); a++)
+            add_difference(b, i, a, inner, across);
     }
+    set_seams(b, inner, across);
     for (int c = 0; c < 3; c++)
         b->mean[c] = sum[c] / (double)voxels;
     return PAVE_OK;
@@ -132,7 +154,7 @@ void pv_quarry_free(pv_quarry *block)
 /* A voxel's number along an axis as one of the block's own. */
 static int64_t fold(const pv_quarry *b, int axis, int64_t at)
 {
-    int64_t size = b->size[axis], period = b->mirrors ? 2 * size : size;
+    int64_t size = b->size[axis], period = b->mirrors[axis] ? 2 * size : size;
     at %= period;
     at += at < 0 ? period : 0;
     return at < size ? at : period - 1 - at;

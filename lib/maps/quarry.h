@@ -11,10 +11,11 @@ typedef struct pv_quarry {
     int32_t channels;    /* of a voxel, */
     int32_t colour[3];   /* and which of them are red, green and blue */
     int32_t type, coded; /* coded: floats are display values */
-    int32_t mirrors;     /* beyond its border is its mirror image, else its other side */
+    int32_t mirrors[3];  /* beyond its border is its mirror image, else its other side */
     const void *values;
     float *light;   /* linear light of whole numbers; NULL for floats */
     double mean[3]; /* linear light */
+    double seam[3]; /* across the border / between neighbours: mean differences along each axis */
 } pv_quarry;
 
 /* `what` begins the sentence of a failure: "texture 1". */

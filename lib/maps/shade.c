@@ -57,19 +57,22 @@ static uint8_t open_sky(const shading *d, const float *at)
     return (uint8_t)(sum * (255.0f / WAYS) + 0.5f);
 }
 
-void pv_normal_put(double across, double down, int32_t up, uint16_t out[3])
+void pv_normal_of(double across, double down, int32_t up, double out[3])
 {
     double length = sqrt(across * across + down * down + 1);
-    const double n[3] = { -across / length, (up ? down : -down) / length, 1 / length };
-    for (int c = 0; c < 3; c++)
-        out[c] = (uint16_t)((n[c] + 1) / 2 * 65535 + 0.5);
+    out[0] = (1 - across / length) / 2;
+    out[1] = (1 + (up ? down : -down) / length) / 2;
+    out[2] = (1 + 1 / length) / 2;
 }
 
 static void put_normal(const shading *d, const float *at, uint16_t out[3])
 {
     double across = ((double)at[1] - (double)at[-1]) / 2 * d->s->scale;
     double down = ((double)at[d->row] - (double)at[-d->row]) / 2 * d->s->scale;
-    pv_normal_put(across, down, d->s->up, out);
+    double n[3];
+    pv_normal_of(across, down, d->s->up, n);
+    for (int c = 0; c < 3; c++)
+        out[c] = (uint16_t)(n[c] * 65535 + 0.5);
 }
 
 static void shade_rows(void *data, int32_t begin, int32_t end, int32_t worker)

@@ -8,7 +8,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { RUN = 16, ROWS = 8 };
+enum { RUN = 16, ROWS = 8, SPREADS = 3 };
 static const double bleeds = 2.5; /* px */
 
 static double length_of(const pv_modelling *m, const pv_footprint *o, int32_t i)
@@ -99,7 +99,7 @@ typedef struct skinning {
     pv_modelling *m;
     pv_coder coder;
     uint8_t *colour, *surface;
-    uint16_t *normal;
+    uint8_t *normal;
     double joint; /* px */
 } skinning;
 
@@ -131,7 +131,7 @@ static void put_side(const skinning *job, int32_t s, int32_t i, int32_t x, int32
     if (!job->normal)
         return;
     pv_face_slope(m->bed, laid, &patch, slope);
-    pv_normal_put(slope[0], slope[1], 1, job->normal + 3 * at);
+    pv_grain_put(slope[0], slope[1], job->normal + 3 * at);
 }
 
 static void paint_sides(void *data, int32_t begin, int32_t end, int32_t worker)
@@ -154,23 +154,45 @@ static void paint_floor(void *data, int32_t begin, int32_t end, int32_t worker)
     (void)worker;
     for (int32_t y = begin; y < end; y++)
         for (int32_t x = 0; x < m->width; x++) {
-            int64_t above = (int64_t)y * m->width + x, at = above + (int64_t)m->frame.height * m->width;
+            int64_t at = ((int64_t)m->frame.height + y) * m->width + x;
             pv_joint_surface(m->bed, m->frame.x + x, m->frame.y + y, light);
             pv_coder_put(&job->coder, job->colour, at, light);
-            job->surface[3 * at] = job->surface[3 * above];
             job->surface[3 * at + 1] = byte_of(m->bed->params.joint_roughness);
-            if (job->normal)
-                pv_normal_put(0, 0, 1, job->normal + 3 * at);
         }
 }
 
-/* Occlusion and roughness of faces, side by side. */
-static void pack(const skinning *job, const uint8_t *occlusion, const uint8_t *roughness)
+/* Joints are darker than edges, and must not show on them: px that stones do not cover take after those that they
+ * do. Covered ones have a mask of 255. */
+static void spread(const pv_frame *frame, uint8_t *mask, uint8_t *occlusion, uint8_t *before)
 {
-    int64_t count = (int64_t)job->m->frame.width * job->m->frame.height;
+    int64_t row = frame->width;
+    memcpy(before, mask, (size_t)row * (size_t)frame->height);
+    for (int32_t y = 1; y + 1 < frame->height; y++)
+        for (int32_t x = 1; x + 1 < frame->width; x++) {
+            int64_t at = y * row + x;
+            int32_t sum = 0, known = 0;
+            for (int k = 0; k < 9 && before[at] != 255; k++) {
+                int64_t other = at + (k / 3 - 1) * row + k % 3 - 1;
+                sum += before[other] == 255 ? occlusion[other] : 0;
+                known += before[other] == 255;
+            }
+            if (known)
+                occlusion[at] = (uint8_t)(sum / known), mask[at] = 255;
+        }
+}
+
+/* Occlusion and roughness of faces, side by side; the floor's occlusion below. */
+static void pack(const skinning *job, const pv_plate *plate, uint8_t *occlusion, uint8_t *work)
+{
+    const pv_frame *frame = &job->m->frame;
+    int64_t count = (int64_t)frame->width * frame->height;
+    for (int64_t i = 0; job->m->params.ground && i < count; i++)
+        job->surface[3 * (count + i)] = occlusion[i];
+    for (int i = 0; i < SPREADS; i++)
+        spread(frame, plate->mask, occlusion, work);
     for (int64_t i = 0; i < count; i++) {
         job->surface[3 * i] = occlusion[i];
-        job->surface[3 * i + 1] = roughness[i];
+        job->surface[3 * i + 1] = plate->roughness[i];
     }
 }
 
@@ -184,23 +206,26 @@ static pave_result paint_faces(pave_context *context, const skinning *job, doubl
     pv_plate plate = { .frame = m->frame, .rim = pv_shade_rim(reach), .bleed = bleeds, .colour = job->colour,
                        .grain = job->normal };
     size_t rim = 2 * (size_t)plate.rim;
-    uint8_t *occlusion = NULL;
+    uint8_t *sky = NULL; /* occlusion, and room to work */
     plate.height = pv_allocate(context, (width + rim) * sizeof(float), height + rim, &result);
     if (!result)
         plate.roughness = pv_allocate(context, width, height, &result);
     if (!result)
-        occlusion = pv_allocate(context, width, height, &result);
+        plate.mask = pv_allocate(context, width, height, &result);
+    if (!result)
+        sky = pv_allocate(context, 2 * width, height, &result);
     if (!result)
         result = pv_plate_paint(context, bed, &plate, from, from + (to - from) * 0.8);
     const pv_shades shades = { plate.height, m->frame.width, m->frame.height, plate.rim, bed->scale, 1, NULL,
-                               occlusion, reach };
+                               sky, reach };
     if (!result)
         result = pv_shade(context, &shades, from + (to - from) * 0.8, to);
     if (!result)
-        pack(job, occlusion, plate.roughness);
+        pack(job, &plate, sky, sky + width * height);
     pv_release(plate.height);
     pv_release(plate.roughness);
-    pv_release(occlusion);
+    pv_release(plate.mask);
+    pv_release(sky);
     return result;
 }
 
@@ -211,17 +236,15 @@ static pave_result new_picture(pave_context *context, const pv_modelling *m, int
     shape.width = m->width;
     shape.height = m->height;
     shape.channels = 3;
-    shape.type = which == PAVE_SKIN_NORMAL ? PAVE_U16 : PAVE_U8;
     shape.encoding = which == PAVE_SKIN_COLOUR ? PAVE_DISPLAY : PAVE_DATA;
     pave_result result = pv_image_new(context, &shape, &m->model->picture[which]);
     if (result)
         return result;
+    uint8_t *pixels = m->model->picture[which]->pixels;
     int64_t count = (int64_t)m->width * m->height;
-    if (which == PAVE_SKIN_NORMAL)
-        for (int64_t i = 0; i < count; i++)
-            pv_normal_put(0, 0, 1, (uint16_t *)m->model->picture[which]->pixels + 3 * i);
-    else
-        memset(m->model->picture[which]->pixels, 0, 3 * (size_t)count);
+    memset(pixels, 0, 3 * (size_t)count);
+    for (int64_t i = 0; which == PAVE_SKIN_NORMAL && i < count; i++)
+        pv_grain_put(0, 0, pixels + 3 * i);
     return PAVE_OK;
 }
 
