@@ -110,8 +110,13 @@ static int is_served(const char *path)
     return ends_in(path, ".glb") || !*name || !strchr(name, '.') || !strcmp(name, ".") || !strcmp(name, "..");
 }
 
-static int check(const cli_command *command)
+static int check(const cli_command *command, const pave_maps_params *maps)
 {
+    const int32_t *w = maps->window;
+    if ((w[0] || w[1] || w[2] || w[3]) && (!w[2] || !w[3]))
+        return complain(command, "the window %d,%d,%d,%d has no area", w[0], w[1], w[2], w[3]), EXIT_USAGE;
+    if (maps->joint_colour.count > 1)
+        return complain(command, "--joint-colour is one colour, and not %d", maps->joint_colour.count), EXIT_USAGE;
     if (!command->output_count)
         return complain(command, "where to? give -o FOLDER/ for maps or -o FILE.glb for a model"), EXIT_USAGE;
     for (int i = 0; i < command->output_count; i++)
@@ -158,7 +163,7 @@ int maps_main(int argc, char **argv)
     params.limits = &limits;
     int status = read_command(&command, argc, argv);
     if (!status)
-        status = check(&command);
+        status = check(&command, &maps);
     if (status)
         return status < 0 ? EXIT_FINE : status;
     maps_work w = { .command = &command, .maps = &maps, .model = &model, .file = &file };

@@ -73,7 +73,7 @@ def inside(ring, x, y):
 
 
 def judge_numbers(about, maps, stones):
-    """Every px's stone; a point on a side may go to either."""
+    """Every px's stone, but for centres that lie on a side as far as the grid of 1/1000 px of the maps can tell."""
     scale, ids = about["maps"]["scale"], np.zeros(maps["id"]["id"].shape, np.int64)
     for number, part, ring in stones:
         ring = ring * scale - [about["x"], about["y"]]
@@ -82,20 +82,25 @@ def judge_numbers(about, maps, stones):
         if len(x) and len(y):
             ids[low[1]:high[1], low[0]:high[0]][inside(ring, x[None], y[:, None])] = (number + 1) * 16 + part
     mine = maps["id"]["id"].astype(np.int64) * 16 + maps["id"]["part"]
-    assert (mine > 0).mean() > 0.5 and (mine != ids).sum() <= len(mine.flat) * 2e-5, (mine != ids).sum()
-    return ids
+    off, whole = mine != ids, float(scale).is_integer()
+    assert (mine > 0).mean() > 0.5 and off.mean() <= (0 if whole else 1e-4), off.sum()
+    assert not off.any() or np.abs(maps["mask"]["Y"][off].astype(float) - 0.5).max() < 0.01
 
 
 def judge_coverage(about, maps, stones):
-    scale, mask, worst, looked = about["maps"]["scale"], maps["mask"]["Y"].astype(float), 0, 0
+    scale, mask = about["maps"]["scale"], maps["mask"]["Y"].astype(float)
     sums = np.zeros(mask.shape)
     for _, _, ring in stones:
         ring = ring * scale - [about["x"], about["y"]]
         polygon = Polygon(ring)
-        for x in range(int(ring[:, 0].min()), int(ring[:, 0].max()) + 1):
-            for y in range(int(ring[:, 1].min()), int(ring[:, 1].max()) + 1):
+        convex = polygon.convex_hull.area - polygon.area < 1e-9
+        low, high = np.floor(ring.min(0)).astype(int), np.ceil(ring.max(0)).astype(int)
+        corners = inside(ring, np.arange(low[0], high[0] + 1)[None], np.arange(low[1], high[1] + 1)[:, None])
+        for x in range(low[0], high[0]):
+            for y in range(low[1], high[1]):
                 if 0 <= x < mask.shape[1] and 0 <= y < mask.shape[0]:
-                    sums[y, x] += polygon.intersection(box(x, y, x + 1, y + 1)).area
+                    within = convex and corners[y - low[1]:, x - low[0]:][:2, :2].all()
+                    sums[y, x] += 1 if within else polygon.intersection(box(x, y, x + 1, y + 1)).area
     error = np.abs(mask - np.clip(sums, 0, 1)).max()
     assert error < 0.5 / 255 + 0.001, error  # the map has 8 bits, and half floats hold them
 
@@ -136,7 +141,7 @@ def judge_maps(svg, folder):
     for name, channels in maps.items():
         assert all(c.shape == (about["height"], about["width"]) for c in channels.values()), name
     judge_numbers(about, maps, stones)
-    judge_coverage(about, maps, stones[::3] if len(stones) > 400 else stones)
+    judge_coverage(about, maps, stones)
     judge_normals(about, maps)
     judge_occlusion(about, maps)
     print(f"{len(stones)} stones, {about['width']} x {about['height']} px: numbers, coverage, normals, occlusion")
