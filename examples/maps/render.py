@@ -52,4 +52,4 @@ power = 2 / np.clip(roughness, 0.2, 1) ** 4
 gloss = np.clip(normal @ half, 0, 1) ** power * (power + 2) / 8 * 0.04 * shadow
 warm, cool = np.array([1.0, 0.93, 0.82]), np.array([0.75, 0.87, 1.0])
 light = colour * (2.0 * lambert[..., None] * warm + 0.55 * occlusion[..., None] * cool) + (2 * gloss * lambert)[..., None]
-Image.fromarray((np.clip(display(light * 0.62), 0, 1) * 255 + 0.5).astype(np.uint8)).save(picture)
+Image.fromarray((np.clip(display(light * 0.5), 0, 1) * 255 + 0.5).astype(np.uint8)).save(picture)

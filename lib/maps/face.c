@@ -8,6 +8,7 @@
 #include <string.h>
 
 enum { TRIES = 64 };
+static const double most_deviations = 2;
 
 static pv_random draw(const pv_bed *bed, const pv_laid *laid, uint32_t use, uint32_t which)
 {
@@ -69,6 +70,15 @@ static double draw_start(const pv_quarry *block, int axis, double radius, uint32
     return margin + pv_below(word, (uint32_t)(size - 2 * margin)) - (axis == 2 ? 0 : 0.5);
 }
 
+/* Light stones have less contrast than dark ones, so that what is lighter than the mean stays under white. */
+static void set_contrast(const pv_quarry *block, pv_face *face)
+{
+    for (int c = 0; c < 3; c++) {
+        double room = 1 - face->paint[c], wanted = face->paint[c] * most_deviations * block->deviation[c];
+        face->contrast[c] = wanted > room * block->mean[c] ? room * block->mean[c] / wanted : 1;
+    }
+}
+
 void pv_face_draw(const pv_bed *bed, double radius, pv_laid *laid)
 {
     pv_face *face = &laid->face;
@@ -80,6 +90,7 @@ void pv_face_draw(const pv_bed *bed, double radius, pv_laid *laid)
     draw_turn(bed, laid, block, r.word[3], face->turn);
     for (int a = 0; a < 3; a++)
         face->start[a] = draw_start(block, a, radius * bed->texels, r.word[a]);
+    set_contrast(block, face);
 }
 
 /* The block's light, and by it the face's: the mean of a tinted block becomes the stone's own colour. */
@@ -88,7 +99,8 @@ static double paint(const pv_bed *bed, const pv_face *face, double light[3])
     const double *mean = bed->block[face->block].mean;
     double relief = pv_luminance(light) - pv_luminance(mean);
     for (int c = 0; c < 3; c++) {
-        double own = face->tinted ? face->paint[c] * (mean[c] > 1e-6 ? light[c] / mean[c] : 1) : light[c];
+        double of_mean = mean[c] < 1e-6 ? 1 : light[c] / mean[c];
+        double own = face->tinted ? face->paint[c] * (1 + face->contrast[c] * (of_mean - 1)) : light[c];
         light[c] = face->brightness == 1 ? own : own * face->brightness;
     }
     return pv_clamped(relief, -1, 1);

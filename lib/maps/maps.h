@@ -33,6 +33,7 @@ typedef struct pv_face {
     double turn[3][3];
     double start[3];
     double paint[3];    /* of a plain or tinted face: linear light */
+    double contrast[3]; /* of a tinted face: less than 1 where the block's would be lighter than white */
     double brightness;
 } pv_face;
 

@@ -10,7 +10,7 @@
 #include <string.h>
 
 /* Bands of rows between two looks whether to stop. */
-enum { VALUES_AT_ONCE = 1 << 20 };
+enum { VALUES_AT_ONCE = 1 << 18 };
 
 static double value_at(const pv_quarry *b, int64_t index)
 {
@@ -63,7 +63,7 @@ static void set_seams(pv_quarry *b, const double inner[3], const double across[3
 static pave_result survey(pave_context *context, pv_quarry *b, const char *what)
 {
     int64_t voxels = (int64_t)b->size[0] * b->size[1] * b->size[2];
-    double sum[3] = { 0, 0, 0 }, inner[3] = { 0, 0, 0 }, across[3] = { 0, 0, 0 };
+    double sum[3] = { 0, 0, 0 }, squares[3] = { 0, 0, 0 }, inner[3] = { 0, 0, 0 }, across[3] = { 0, 0, 0 };
     for (int64_t i = 0; i < voxels; i++) {
         pave_result result = i % VALUES_AT_ONCE ? PAVE_OK : pv_progress(context, 0);
         if (result)
@@ -75,13 +75,16 @@ static pave_result survey(pave_context *context, pv_quarry *b, const char *what)
                                (int)(i % b->size[0]), (int)(i / b->size[0] % b->size[1]),
                                (int)(i / b->size[0] / b->size[1]));
             sum[c] += value;
+            squares[c] += value * value;
         }
         for (int a = 0; a < 3 && isfinite(sum[1]); a++)
             add_difference(b, i, a, inner, across);
     }
     set_seams(b, inner, across);
-    for (int c = 0; c < 3; c++)
+    for (int c = 0; c < 3; c++) {
         b->mean[c] = sum[c] / (double)voxels;
+        b->deviation[c] = sqrt(fmax(squares[c] / (double)voxels - b->mean[c] * b->mean[c], 0));
+    }
     return PAVE_OK;
 }
 
@@ -154,6 +157,8 @@ void pv_quarry_free(pv_quarry *block)
 /* A voxel's number along an axis as one of the block's own. */
 static int64_t fold(const pv_quarry *b, int axis, int64_t at)
 {
+    if (at >= 0 && at < b->size[axis])
+        return at;
     int64_t size = b->size[axis], period = b->mirrors[axis] ? 2 * size : size;
     at %= period;
     at += at < 0 ? period : 0;
@@ -173,6 +178,7 @@ void pv_quarry_at(const pv_quarry *b, const double place[3], double light[3])
 {
     int64_t at[3][2];
     double above[3];
+    int colours = b->colour[0] == b->colour[1] ? 1 : 3;
     for (int a = 0; a < 3; a++)
         above[a] = neighbours(b, a, place[a], at[a]);
     light[0] = light[1] = light[2] = 0;
@@ -182,7 +188,9 @@ void pv_quarry_at(const pv_quarry *b, const double place[3], double light[3])
         if (weight == 0)
             continue;
         int64_t voxel = ((at[2][z] * b->size[1] + at[1][y]) * b->size[0] + at[0][x]) * b->channels;
-        for (int c = 0; c < 3; c++)
+        for (int c = 0; c < colours; c++)
             light[c] += weight * value_at(b, voxel + b->colour[c]);
     }
+    if (colours == 1)
+        light[1] = light[2] = light[0];
 }

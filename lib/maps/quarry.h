@@ -14,7 +14,7 @@ typedef struct pv_quarry {
     int32_t mirrors[3];  /* beyond its border is its mirror image, else its other side */
     const void *values;
     float *light;   /* linear light of whole numbers; NULL for floats */
-    double mean[3]; /* linear light */
+    double mean[3], deviation[3]; /* linear light */
     double seam[3]; /* across the border / between neighbours: mean differences along each axis */
 } pv_quarry;
 

@@ -8,7 +8,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { RUN = 16, ROWS = 8, SPREADS = 3 };
+enum { RUN = 16, ROWS = 8, SPREADS = 3, HIDES = 3 };
 static const double bleeds = 2.5; /* px */
 
 static double length_of(const pv_modelling *m, const pv_footprint *o, int32_t i)
@@ -24,7 +24,8 @@ static int32_t strip_width(const pv_modelling *m, const pv_footprint *o, int32_t
     return (int32_t)ceil(length_of(m, o, i) * m->bed->scale) + 2;
 }
 
-static double tallest(const pv_modelling *m)
+/* The tallest side, or what is seen of it over the floor, px of the maps. */
+static int32_t tallest(const pv_modelling *m, int seen)
 {
     double most = 0;
     for (int32_t s = 0; s < m->bed->count; s++) {
@@ -33,11 +34,12 @@ static double tallest(const pv_modelling *m)
             pv_cell c = m->corner[o->first + i];
             double at[2];
             pv_model_place(m, s, pv_fine(c.x), pv_fine(c.y), at);
-            double tall = pv_stone_plane(m->bed, &m->bed->laid[s], at[0], at[1]) - o->bevel - o->bottom;
+            double top = pv_stone_plane(m->bed, &m->bed->laid[s], at[0], at[1]) - o->bevel;
+            double tall = top - (seen ? fmax(o->bottom, -m->bed->depth) : o->bottom);
             most = tall > most ? tall : most;
         }
     }
-    return most;
+    return (int32_t)pv_clamped(ceil(most * m->bed->scale) + 2, 2, 1 << 20);
 }
 
 static void widen(pv_modelling *m)
@@ -49,7 +51,7 @@ static void widen(pv_modelling *m)
         }
 }
 
-/* Strips side by side, row under row. */
+/* Strips side by side, row under row. What is under the floor may lie on the next row, for it is not seen. */
 static int64_t place_strips(pv_modelling *m, int64_t top)
 {
     int32_t x = 0;
@@ -63,7 +65,7 @@ static int64_t place_strips(pv_modelling *m, int64_t top)
                 m->strip[m->footprint[s].first + i] = (pv_strip){ x, (int32_t)y };
             x += width;
         }
-    return y + m->strip_height;
+    return y + tallest(m, 0);
 }
 
 pave_result pv_skin_plan(pave_context *context, pv_modelling *m)
@@ -73,7 +75,7 @@ pave_result pv_skin_plan(pave_context *context, pv_modelling *m)
     if (result)
         return result;
     widen(m);
-    m->strip_height = (int32_t)pv_clamped(ceil(tallest(m) * m->bed->scale) + 2, 2, 1 << 20);
+    m->strip_height = tallest(m, m->params.ground);
     int64_t height = place_strips(m, (int64_t)m->frame.height * (1 + m->params.ground));
     m->width = m->frame.width;
     m->height = (int32_t)(height < INT32_MAX ? height : INT32_MAX);
@@ -98,6 +100,7 @@ pv_patch pv_side_patch(const pv_modelling *m, int32_t stone, int32_t i, double a
 typedef struct skinning {
     pv_modelling *m;
     pv_coder coder;
+    uint8_t *mask, *roughness, *occlusion; /* of the faces */
     uint8_t *colour, *surface;
     uint8_t *normal;
     double joint; /* px */
@@ -146,6 +149,18 @@ static void paint_sides(void *data, int32_t begin, int32_t end, int32_t worker)
                     put_side(job, s, i, x, y);
 }
 
+/* Under stones, farther in than pictures are looked at from, the floor is plain. */
+static int is_hidden(const skinning *job, int32_t x, int32_t y)
+{
+    const pv_frame *frame = &job->m->frame;
+    for (int k = 0; k < 4; k++) {
+        int32_t u = x + (k & 1 ? HIDES : -HIDES), v = y + (k & 2 ? HIDES : -HIDES);
+        if (u < 0 || v < 0 || u >= frame->width || v >= frame->height || job->mask[(int64_t)v * frame->width + u] != 255)
+            return 0;
+    }
+    return 1;
+}
+
 static void paint_floor(void *data, int32_t begin, int32_t end, int32_t worker)
 {
     const skinning *job = data;
@@ -155,77 +170,108 @@ static void paint_floor(void *data, int32_t begin, int32_t end, int32_t worker)
     for (int32_t y = begin; y < end; y++)
         for (int32_t x = 0; x < m->width; x++) {
             int64_t at = ((int64_t)m->frame.height + y) * m->width + x;
+            job->surface[3 * at + 1] = byte_of(m->bed->params.joint_roughness);
+            if (is_hidden(job, x, y))
+                continue;
             pv_joint_surface(m->bed, m->frame.x + x, m->frame.y + y, light);
             pv_coder_put(&job->coder, job->colour, at, light);
-            job->surface[3 * at + 1] = byte_of(m->bed->params.joint_roughness);
         }
 }
 
 /* Joints are darker than edges, and must not show on them: px that stones do not cover take after those that they
- * do. Covered ones have a mask of 255. */
-static void spread(const pv_frame *frame, uint8_t *mask, uint8_t *occlusion, uint8_t *before)
+ * do. Covered ones have 255 in `before`, and afterwards in `known`. */
+typedef struct spreading {
+    pv_frame frame;
+    const uint8_t *before;
+    uint8_t *known, *occlusion;
+} spreading;
+
+static void spread_rows(void *data, int32_t begin, int32_t end, int32_t worker)
 {
-    int64_t row = frame->width;
-    memcpy(before, mask, (size_t)row * (size_t)frame->height);
-    for (int32_t y = 1; y + 1 < frame->height; y++)
-        for (int32_t x = 1; x + 1 < frame->width; x++) {
+    const spreading *s = data;
+    int64_t row = s->frame.width;
+    (void)worker;
+    memcpy(s->known + begin * row, s->before + begin * row, (size_t)((end - begin) * row));
+    for (int32_t y = begin > 1 ? begin : 1; y < end && y + 1 < s->frame.height; y++)
+        for (int32_t x = 1; x + 1 < s->frame.width; x++) {
             int64_t at = y * row + x;
-            int32_t sum = 0, known = 0;
-            for (int k = 0; k < 9 && before[at] != 255; k++) {
+            int32_t sum = 0, count = 0;
+            for (int k = 0; k < 9 && s->before[at] != 255; k++) {
                 int64_t other = at + (k / 3 - 1) * row + k % 3 - 1;
-                sum += before[other] == 255 ? occlusion[other] : 0;
-                known += before[other] == 255;
+                sum += s->before[other] == 255 ? s->occlusion[other] : 0;
+                count += s->before[other] == 255;
             }
-            if (known)
-                occlusion[at] = (uint8_t)(sum / known), mask[at] = 255;
+            if (count)
+                s->occlusion[at] = (uint8_t)(sum / count), s->known[at] = 255;
         }
 }
 
-/* Occlusion and roughness of faces, side by side; the floor's occlusion below. */
-static void pack(const skinning *job, const pv_plate *plate, uint8_t *occlusion, uint8_t *work)
+static void pack_rows(void *data, int32_t begin, int32_t end, int32_t worker)
 {
-    const pv_frame *frame = &job->m->frame;
-    int64_t count = (int64_t)frame->width * frame->height;
-    for (int64_t i = 0; job->m->params.ground && i < count; i++)
-        job->surface[3 * (count + i)] = occlusion[i];
-    for (int i = 0; i < SPREADS; i++)
-        spread(frame, plate->mask, occlusion, work);
-    for (int64_t i = 0; i < count; i++) {
-        job->surface[3 * i] = occlusion[i];
-        job->surface[3 * i + 1] = plate->roughness[i];
+    const skinning *job = data;
+    int64_t row = job->m->frame.width;
+    (void)worker;
+    for (int64_t i = begin * row; i < end * row; i++) {
+        job->surface[3 * i] = job->occlusion[i];
+        job->surface[3 * i + 1] = job->roughness[i];
     }
 }
 
-static pave_result paint_faces(pave_context *context, const skinning *job, double from, double to)
+/* The floor's, below the faces, is as it was. */
+static void pack_floor(const skinning *job)
 {
-    const pv_modelling *m = job->m;
-    const pv_bed *bed = m->bed;
+    int64_t count = (int64_t)job->m->frame.width * job->m->frame.height;
+    for (int64_t i = 0; i < count; i++)
+        job->surface[3 * (count + i)] = job->occlusion[i];
+}
+
+/* `work` has room for two more pictures of a byte. */
+static pave_result pack(pave_context *context, skinning *job, uint8_t *work, double at)
+{
+    const pv_frame *frame = &job->m->frame;
+    uint8_t *other = work + (int64_t)frame->width * frame->height;
+    spreading s = { *frame, job->mask, work, job->occlusion };
     pave_result result = PAVE_OK;
-    double reach = bed->params.occlusion * bed->half_side * bed->scale;
-    size_t width = (size_t)m->frame.width, height = (size_t)m->frame.height;
-    pv_plate plate = { .frame = m->frame, .rim = pv_shade_rim(reach), .bleed = bleeds, .colour = job->colour,
+    if (job->m->params.ground)
+        pack_floor(job);
+    for (int i = 0; i < SPREADS && !result; i++) {
+        result = pv_parallel_runs(context, frame->height, ROWS, spread_rows, &s, at, at);
+        s.before = s.known;
+        s.known = s.known == work ? other : work;
+    }
+    return result ? result : pv_parallel_runs(context, frame->height, ROWS, pack_rows, job, at, at);
+}
+
+static pave_result shade(pave_context *context, skinning *job, const pv_plate *plate, double reach, double from,
+                         double to)
+{
+    const pv_shades shades = { plate->height, plate->frame.width, plate->frame.height, plate->rim,
+                               job->m->bed->scale, 1, NULL, job->occlusion, reach };
+    return pv_shade(context, &shades, from, to);
+}
+
+static pave_result paint_faces(pave_context *context, skinning *job, double from, double to)
+{
+    const pv_bed *bed = job->m->bed;
+    pave_result result = PAVE_OK;
+    double reach = bed->params.occlusion * bed->half_side * bed->scale, most = from + (to - from) * 0.8;
+    pv_plate plate = { .frame = job->m->frame, .rim = pv_shade_rim(reach), .bleed = bleeds, .colour = job->colour,
                        .grain = job->normal };
-    size_t rim = 2 * (size_t)plate.rim;
-    uint8_t *sky = NULL; /* occlusion, and room to work */
+    size_t width = (size_t)plate.frame.width, height = (size_t)plate.frame.height, rim = 2 * (size_t)plate.rim;
     plate.height = pv_allocate(context, (width + rim) * sizeof(float), height + rim, &result);
+    uint8_t *bytes = result ? NULL : pv_allocate(context, 4 * width, height, &result);
+    if (!result) {
+        plate.mask = job->mask;
+        plate.roughness = job->roughness = bytes;
+        job->occlusion = bytes + width * height;
+        result = pv_plate_paint(context, bed, &plate, from, most);
+    }
     if (!result)
-        plate.roughness = pv_allocate(context, width, height, &result);
+        result = shade(context, job, &plate, reach, most, to);
     if (!result)
-        plate.mask = pv_allocate(context, width, height, &result);
-    if (!result)
-        sky = pv_allocate(context, 2 * width, height, &result);
-    if (!result)
-        result = pv_plate_paint(context, bed, &plate, from, from + (to - from) * 0.8);
-    const pv_shades shades = { plate.height, m->frame.width, m->frame.height, plate.rim, bed->scale, 1, NULL,
-                               sky, reach };
-    if (!result)
-        result = pv_shade(context, &shades, from + (to - from) * 0.8, to);
-    if (!result)
-        pack(job, &plate, sky, sky + width * height);
+        result = pack(context, job, bytes + 2 * width * height, to);
     pv_release(plate.height);
-    pv_release(plate.roughness);
-    pv_release(plate.mask);
-    pv_release(sky);
+    pv_release(bytes);
     return result;
 }
 
@@ -264,10 +310,13 @@ pave_result pv_skin_paint(pave_context *context, pv_modelling *m, double from, d
     job.surface = picture[PAVE_SKIN_SURFACE]->pixels;
     job.normal = picture[PAVE_SKIN_NORMAL] ? picture[PAVE_SKIN_NORMAL]->pixels : NULL;
     job.joint = fmax(m->bed->stones->params.grout, 0.05 * m->bed->half_side);
+    job.mask = pv_allocate(context, (size_t)m->frame.width, (size_t)m->frame.height, &result);
     double third = (to - from) / 3;
-    result = paint_faces(context, &job, from, from + third);
+    if (!result)
+        result = paint_faces(context, &job, from, from + third);
     if (!result && m->params.ground)
         result = pv_parallel_runs(context, m->frame.height, ROWS, paint_floor, &job, from + third, from + 2 * third);
+    pv_release(job.mask);
     return result ? result
                   : pv_parallel_runs(context, m->bed->count, RUN, paint_sides, &job, from + 2 * third, to);
 }
