@@ -11,10 +11,10 @@ static const pave_maps_params default_params = PAVE_MAPS_PARAMS_INIT;
 static const pave_maps_input default_input = PAVE_MAPS_INPUT_INIT;
 
 static const pv_param rows[] = {
-    PV_REAL(pave_maps_params, scale, "px of the maps", 1.0 / 64, 64, "to one px of the drawing"),
+    PV_REAL(pave_maps_params, scale, "", 1.0 / 64, 64, "px of the maps to one of the drawing"),
     PV_WINDOW(pave_maps_params, window, "the part that is mapped, px of the drawing; as it is in the whole"),
     PV_SEED(pave_maps_params, seed, "another seed, other faces"),
-    PV_REAL(pave_maps_params, texels, "texels", 0, 64, "or voxels, to one px of the drawing; 0: as scale"),
+    PV_REAL(pave_maps_params, texels, "", 0, 64, "px of a texture, or voxels, to one px of the drawing; 0: as scale"),
     PV_CHOICE(pave_maps_params, turns, "any|quarter|none", "how the stones' faces are turned in their texture"),
     PV_CHOICE(pave_maps_params, repeat, "auto|wrap|mirror",
               "beyond the border of a texture or volume; auto: its other side if that fits"),
@@ -147,6 +147,9 @@ static pave_result make(pave_context *context, const pave_maps_input *input, con
         maps->params = bed.params;
         maps->params.half_side = bed.half_side;
         maps->params.texels = bed.texels;
+        if (!maps->params.window[2])
+            memcpy(maps->params.window, (int32_t[4]){ bed.stones->x, bed.stones->y, bed.stones->width,
+                                                      bed.stones->height }, sizeof maps->params.window);
         find_range(&bed, maps);
         result = draw(context, &bed, maps);
     }
