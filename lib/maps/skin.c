@@ -155,7 +155,8 @@ static int is_hidden(const skinning *job, int32_t x, int32_t y)
     const pv_frame *frame = &job->m->frame;
     for (int k = 0; k < 4; k++) {
         int32_t u = x + (k & 1 ? HIDES : -HIDES), v = y + (k & 2 ? HIDES : -HIDES);
-        if (u < 0 || v < 0 || u >= frame->width || v >= frame->height || job->mask[(int64_t)v * frame->width + u] != 255)
+        int within = u >= 0 && v >= 0 && u < frame->width && v < frame->height;
+        if (!within || job->mask[(int64_t)v * frame->width + u] != 255)
             return 0;
     }
     return 1;
