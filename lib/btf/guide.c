@@ -78,7 +78,7 @@ static int32_t top_view(const pave_btf *btf)
     return pv_directions_nearest(&btf->views, (pave_direction){ 0, 0 }, &(double){ 0 });
 }
 
-static void put(const pv_enlarge *e, pv_texels *to, int64_t texel, int32_t photograph, const float *samples)
+static void put(const pv_enlarge *e, pv_texels *to, int64_t texel, int32_t photograph, float *samples)
 {
     pv_enlarge_encode(e, samples, 1, to->values + texel * to->channels + (int64_t)photograph * e->planes);
 }

@@ -59,7 +59,7 @@ class Studio(Laboratory):
         report.size = self.ffi.sizeof(report[0])
         null = self.ffi.NULL
         if self.c.pave_btf_enlarge(self.context, sample, photographs or null, plan or null, mean or null,
-                                   self.params("pave_btf_enlarge_params", type=5, **fields), out, report):
+                                   self.params("pave_btf_enlarge_params", type=5, passes=2, **fields), out, report):
             raise RuntimeError(self.ffi.string(self.c.pave_context_message(self.context)).decode())
         return out[0], report
 
