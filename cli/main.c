@@ -19,6 +19,7 @@ static const verb verbs[] = {
     { "tile", tile_main, "make a larger texture, or one that repeats without a seam, from a small one" },
     { "field", field_main, "write the distance field of a drawing" },
     { "solid", solid_main, "make a volume of stone from a flat sample" },
+    { "maps", maps_main, "maps and models of a pavement, for renderers" },
     { "btf", btf_main, "bidirectional texture functions: make, compress, convert, look at them" },
     { "info", info_main, "list backends, devices and versions" },
 };

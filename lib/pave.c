@@ -5,6 +5,7 @@
 #include "cvd/cvd.h"
 #include "field/field.h"
 #include "image/bitmap.h"
+#include "maps/maps.h"
 #include "mosaic/mosaic.h"
 #include "solid/solid.h"
 #include "stones/stones.h"
@@ -16,6 +17,7 @@
 
 extern const pv_table pv_stream_table;   /* stream.c */
 extern const pv_table pv_btf_file_table; /* io/btf_file.c */
+extern const pv_table pv_maps_file_table; /* io/maps.c */
 
 static const pave_lay_params default_params = PAVE_LAY_PARAMS_INIT;
 
@@ -51,6 +53,9 @@ static const pv_table *find_table(int32_t table)
     case PAVE_PARAMS_BTF_RECONSTRUCT: return &pv_btf_reconstruct_table;
     case PAVE_PARAMS_BTF_MEASURE: return &pv_btf_measure_table;
     case PAVE_PARAMS_BTF_ENLARGE: return &pv_btf_enlarge_table;
+    case PAVE_PARAMS_MAPS: return &pv_maps_table;
+    case PAVE_PARAMS_MODEL: return &pv_model_table;
+    case PAVE_PARAMS_MAPS_FILE: return &pv_maps_file_table;
     default: return NULL;
     }
 }

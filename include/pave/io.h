@@ -4,6 +4,7 @@
 #define PAVE_IO_H
 
 #include <pave/btf.h>
+#include <pave/maps.h>
 #include <pave/stones.h>
 #include <pave/tiling.h>
 #include <pave/solid.h>
@@ -84,6 +85,28 @@ PAVE_API const char *pave_volume_format(const char *path);
 /* Writes the measures of a stone, as JSON; those that are not known are null. The path "-" is standard output. */
 PAVE_API pave_result pave_solid_measure_write(pave_context *context, const pave_volume *volume,
                                               const pave_solid_measure *measure, const char *path);
+
+/* What maps are written as. */
+enum { PAVE_MAPS_PNG = 0, PAVE_MAPS_EXR = 1 };
+
+typedef struct pave_maps_file_params {
+    size_t size;
+    int32_t format; /* PAVE_MAPS_ */
+} pave_maps_file_params;
+
+#define PAVE_MAPS_FILE_PARAMS_INIT { sizeof(pave_maps_file_params), PAVE_MAPS_PNG }
+
+PAVE_API void pave_maps_file_params_init(pave_maps_file_params *params, size_t size);
+
+/* Writes maps into a folder, which is made if it is not there: colour.png, height.png, normal.png, roughness.png,
+ * occlusion.png, mask.png, id.exr, and maps.json, which says what they are of. Heights are 16 bits from the lowest to
+ * the highest (pave_maps_lowest), colours of floats are 16 bits for display. As EXR all end in .exr, heights are px,
+ * and colours linear light. Files are made beside the folder and moved when all are complete. */
+PAVE_API pave_result pave_maps_write(pave_context *context, const pave_maps *maps,
+                                     const pave_maps_file_params *params, const char *folder);
+
+/* Writes a model as binary glTF 2.0 (.glb), with its pictures. PAVE_ERR_LIMIT beyond 4 GiB: no such file holds that. */
+PAVE_API pave_result pave_model_write(pave_context *context, const pave_model *model, const char *path);
 
 /* What whole-number pictures of a BTF hold: display values by the curve of sRGB, or by a power of 2.2. */
 enum { PAVE_BTF_GAMMA_SRGB = 0, PAVE_BTF_GAMMA_22 = 1 };

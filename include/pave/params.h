@@ -33,7 +33,10 @@ enum {
     PAVE_PARAMS_BTF_ENLARGE = 33,   /* pave_btf_enlarge_params */
     PAVE_PARAMS_PALETTE = 30,  /* pave_palette_params */
     PAVE_PARAMS_MEASURE = 31,  /* pave_stones_measure_params */
-    PAVE_PARAMS_MOSAIC = 40    /* pave_mosaic_params */
+    PAVE_PARAMS_MOSAIC = 40,   /* pave_mosaic_params */
+    PAVE_PARAMS_MAPS = 50,     /* pave_maps_params */
+    PAVE_PARAMS_MODEL = 51,    /* pave_model_params */
+    PAVE_PARAMS_MAPS_FILE = 52 /* pave_maps_file_params */
 };
 
 /* How a field is stored. */

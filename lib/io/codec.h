@@ -18,7 +18,7 @@ typedef struct pv_codec_job pv_codec_job;
 typedef struct pv_picture {
     int32_t width, height, channels;
     int32_t type;   /* PAVE_U8 ... */
-    int32_t linear; /* encoded: numbers are linear light */
+    int32_t linear; /* encoded: numbers are linear light, or data */
     int32_t alpha;
     int32_t columns, rows; /* a part that is read begins at a multiple of these, and ends at one or at the border */
     char names[PV_CODEC_NAMES]; /* "R,G,B" */

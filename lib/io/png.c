@@ -196,7 +196,8 @@ static void write_head(pv_codec_job *job, const pv_picture *picture)
     png_set_write_fn(job->png, job, push, flush);
     png_set_IHDR(job->png, job->info, (uint32_t)picture->width, (uint32_t)picture->height, 8 * bytes,
                  colours[picture->channels], PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_BASE, PNG_FILTER_TYPE_BASE);
-    png_set_sRGB(job->png, job->info, PNG_sRGB_INTENT_PERCEPTUAL);
+    if (!picture->linear)
+        png_set_sRGB(job->png, job->info, PNG_sRGB_INTENT_PERCEPTUAL);
     png_write_info(job->png, job->info);
     if (is_little_endian())
         png_set_swap(job->png);

@@ -1,9 +1,9 @@
 /* Stones as a picture: the exact area that each covers of each pixel, mixed in linear light over the grout. */
 #include "io/convert.h"
-#include "io/copies.h"
-#include "io/palette.h"
 #include "io/pavement.h"
 #include "io/raster.h"
+#include "stones/copies.h"
+#include "stones/palette.h"
 
 #include "base/parallel.h"
 

@@ -211,7 +211,7 @@ static void describe(const pave_image *image, pv_pixels pixels, pv_picture *pict
     picture->height = image->height;
     picture->channels = image->channels;
     picture->type = pixels.type;
-    picture->linear = pixels.encoding == PAVE_LINEAR;
+    picture->linear = pixels.encoding == PAVE_LINEAR || image->encoding == PAVE_DATA;
     picture->alpha = image->alpha;
     picture->columns = image->width;
     picture->rows = 1;

@@ -1,9 +1,9 @@
 /* Stones as SVG: one polygon a stone, on a ground of grout; grouped by colour, but for mosaics, whose tiles have their
  * own colours and their order. */
-#include "io/copies.h"
 #include "io/output.h"
-#include "io/palette.h"
 #include "io/pavement.h"
+#include "stones/copies.h"
+#include "stones/palette.h"
 
 #include <stdio.h>
 

@@ -268,6 +268,14 @@ void pave_stones_free(pave_stones **stones)
     *stones = NULL;
 }
 
+double pv_stones_half_side(const pave_stones *stones)
+{
+    if (stones->report.half_side > 0)
+        return stones->report.half_side;
+    double ground = (double)stones->width * stones->height;
+    return sqrt(ground / (stones->count ? stones->count : 1)) / 2;
+}
+
 int32_t pave_stones_x(const pave_stones *stones) { return stones->x; }
 int32_t pave_stones_y(const pave_stones *stones) { return stones->y; }
 int32_t pave_stones_width(const pave_stones *stones) { return stones->width; }

@@ -114,5 +114,9 @@ double pv_best_reach(const pave_cvd *cvd, double radius);
 /* The diagram's pixels to one of the drawing that a mode is best with. */
 int32_t pv_stones_supersample(const pave_stones_params *params);
 
+/* Half the side of a mean stone, px: the one they were laid with, or else the root of the window's area by stones,
+ * halved (Eq. 1). */
+double pv_stones_half_side(const pave_stones *stones);
+
 /* Pixel value of the drawing under a point, the nearest one for points on the rim or beyond. */
 uint8_t pv_colour_at(const pave_image *drawing, pv_point p);

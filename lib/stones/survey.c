@@ -102,14 +102,6 @@ static pave_result translate(pave_context *context, pv_survey *survey)
     return result;
 }
 
-static double half_side_of(const pave_stones *stones)
-{
-    if (stones->report.half_side > 0)
-        return stones->report.half_side;
-    double ground = (double)stones->width * stones->height;
-    return sqrt(ground / (stones->count ? stones->count : 1)) / 2;
-}
-
 pave_result pv_survey_make(pave_context *context, const pave_image *drawing, const pave_stones *stones,
                            const pave_stones_measure_params *params, pv_survey *out, int32_t *clockwise)
 {
@@ -117,7 +109,7 @@ pave_result pv_survey_make(pave_context *context, const pave_image *drawing, con
     out->drawing = drawing;
     out->stones = stones;
     out->count = stones->count;
-    out->half_side = params->half_side > 0 ? params->half_side : half_side_of(stones);
+    out->half_side = params->half_side > 0 ? params->half_side : pv_stones_half_side(stones);
     out->joint_limit = params->joint_limit * out->half_side;
     pave_result result = allocate(context, out);
     int32_t ways[2] = { 0, 0 };

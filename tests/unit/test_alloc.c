@@ -1,4 +1,4 @@
-/* Allocation failures: every allocation of the whole job, and of tilings, fails once; the call must fail cleanly, leak
+/* Allocation failures: every allocation of the whole job, of tilings, and of maps and models, fails once; the call must fail cleanly, leak
  * nothing, leave the context usable, and give the same the next time. */
 #include "failing.h"
 
@@ -89,6 +89,60 @@ static uint64_t tile_once(pave_context *context, int32_t round, pave_result *res
     return hash;
 }
 
+/* Maps and a model of some stones, cut from a texture, from a volume, and plain with a colour at each vertex. */
+static uint64_t map_once(pave_context *context, int32_t round, pave_result *result)
+{
+    enum { SIDE = 12, TEXTURE = 0, VOLUME = 1 };
+    static const uint8_t values[SIDE * SIDE * SIDE] = { 200, 10, 30, 40 };
+    pave_image_params shape = PAVE_IMAGE_PARAMS_INIT;
+    pave_volume_params box = PAVE_VOLUME_PARAMS_INIT;
+    pave_lay_params lay = PAVE_LAY_PARAMS_INIT;
+    pave_cvd_params cvd = PAVE_CVD_PARAMS_INIT;
+    pave_maps_params params = PAVE_MAPS_PARAMS_INIT;
+    pave_model_params model_params = PAVE_MODEL_PARAMS_INIT;
+    pave_maps_input input = PAVE_MAPS_INPUT_INIT;
+    pave_image *image = NULL;
+    pave_volume *volume = NULL;
+    pave_stones *stones = NULL;
+    pave_maps *maps = NULL;
+    pave_model *model = NULL;
+    uint64_t hash = 0;
+    shape.width = shape.height = box.width = box.height = box.depth = SIDE;
+    cvd.iterations = 1;
+    lay.cvd = &cvd;
+    params.scale = 1;
+    model_params.skin = round > VOLUME ? PAVE_SKIN_VERTICES : PAVE_SKIN_MAPS;
+    *result = pave_image_create(context, &shape, values, &image);
+    if (!*result)
+        *result = pave_volume_create(context, &box, values, NULL, &volume);
+    if (!*result)
+        *result = pave_lay(context, image, &lay, &stones);
+    const pave_image *const textures[1] = { image };
+    const pave_volume *const volumes[1] = { volume };
+    input.stones = stones;
+    input.textures = textures;
+    input.volumes = volumes;
+    input.texture_count = round == TEXTURE;
+    input.volume_count = round == VOLUME;
+    input.joint = round == TEXTURE ? image : NULL;
+    if (!*result)
+        *result = pave_maps_create(context, &input, &params, &maps);
+    if (!*result)
+        *result = pave_model_create(context, &input, &params, &model_params, &model);
+    if (!*result)
+        *result = pave_model_write(context, model, "/dev/null");
+    if (!*result)
+        hash = hash_bytes(pave_image_pixels(pave_maps_image(maps, PAVE_MAP_COLOUR)), 3 * SIDE * SIDE) ^
+               hash_bytes(pave_model_positions(model), (size_t)pave_model_vertex_count(model) * 12);
+    assert_true(*result || (maps && model));
+    pave_model_free(&model);
+    pave_maps_free(&maps);
+    pave_stones_free(&stones);
+    pave_volume_free(&volume);
+    pave_image_free(&image);
+    return hash;
+}
+
 typedef uint64_t a_job(pave_context *context, int32_t round, pave_result *result);
 
 static void fail_every_allocation(a_job *once, int32_t rounds)
@@ -131,6 +185,12 @@ static void every_allocation_of_tilings_may_fail(void **state)
     fail_every_allocation(tile_once, 6);
 }
 
+static void every_allocation_of_maps_may_fail(void **state)
+{
+    (void)state;
+    fail_every_allocation(map_once, 3);
+}
+
 static void contexts_may_fail_too(void **state)
 {
     (void)state;
@@ -150,6 +210,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_allocation_may_fail),
         cmocka_unit_test(every_allocation_of_tilings_may_fail),
+        cmocka_unit_test(every_allocation_of_maps_may_fail),
         cmocka_unit_test(contexts_may_fail_too),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,5 +1,5 @@
 /* Copies of the stones of a plane that repeats. */
-#include "io/copies.h"
+#include "stones/copies.h"
 
 #include "util/fixed.h"
 
