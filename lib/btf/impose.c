@@ -10,6 +10,28 @@ static size_t size_of(const pv_texture *t, int32_t scale)
     return pv_level_size(&t->steerable, scale);
 }
 
+/* A band's magnitudes with those of the other channels. */
+static pave_result impose_others(pv_texture *t, const pv_statistics *wanted, int32_t channel, int32_t s, int32_t k)
+{
+    int32_t pairs = wanted->channels * (wanted->channels - 1) / 2, others = 0;
+    const double *of = pv_statistics_at(wanted, PV_CHANNEL_MAGNITUDES, 0, s);
+    pave_result result = PAVE_OK;
+    if (!of || !t->company)
+        return PAVE_OK;
+    float **fixed = pv_allocate(t->context, (size_t)wanted->channels, sizeof *fixed, &result);
+    double *with = result ? NULL : pv_allocate(t->context, (size_t)wanted->channels, sizeof *with, &result);
+    for (int32_t c = 0; c < wanted->channels && !result; c++)
+        if (c != channel && t->company->known[c]) {
+            with[others] = of[k * pairs + pv_pair(channel, c)];
+            fixed[others++] = pv_company_magnitude(t, c, s, k);
+        }
+    if (!result && others)
+        result = pv_impose_covariance(t->context, 1, &t->magnitude[s][k], others, fixed, size_of(t, s), NULL, with);
+    pv_release(fixed);
+    pv_release(with);
+    return result;
+}
+
 /* Magnitudes of a scale: among each other and with the coarser ones, then each by itself. */
 static pave_result impose_magnitudes(pv_texture *t, const pv_statistics *wanted, int32_t channel, int32_t s)
 {
@@ -23,6 +45,8 @@ static pave_result impose_magnitudes(pv_texture *t, const pv_statistics *wanted,
             among[k * n + j] = among[j * n + k] = j == k ? correlation[k * lags] : pairs[k * (k - 1) / 2 + j];
     pave_result result = pv_impose_covariance(t->context, n, t->magnitude[s], with ? n : 0, t->parent_magnitude[s],
                                               size_of(t, s), among, with);
+    for (int32_t k = 0; k < n && !result; k++)
+        result = impose_others(t, wanted, channel, s, k);
     for (int32_t k = 0; k < n && !result; k++)
         result = pv_impose_autocorrelation(t, s, reach, correlation + k * lags, t->magnitude[s][k]);
     return result;
@@ -53,10 +77,9 @@ static pave_result impose_phases(pv_texture *t, const pv_statistics *wanted, int
         planes[k] = room + (size_t)k * size;
         fixed[k] = room + (size_t)(n + k) * size, fixed[n + k] = room + (size_t)(2 * n + k) * size;
         for (size_t i = 0; i < size; i++) {
-            float r = t->parent[s][k][i].r, j = t->parent[s][k][i].i, length = sqrtf(r * r + j * j);
             planes[k][i] = t->pyramid.band[s][k][i].r;
-            fixed[k][i] = length > 0 ? (r * r - j * j) / length : 0;
-            fixed[n + k][i] = length > 0 ? 2 * r * j / length : 0;
+            fixed[k][i] = t->doubled[s][k][i].r;
+            fixed[n + k][i] = t->doubled[s][k][i].i;
         }
     }
     if (!result)

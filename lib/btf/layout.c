@@ -69,17 +69,14 @@ static pave_result check(pave_context *context, int32_t width, int32_t height, i
     return PAVE_OK;
 }
 
-pave_result pv_statistics_create(pave_context *context, int32_t width, int32_t height, int32_t channels,
-                                 const pv_statistics_settings *settings, pv_statistics **out)
+static pave_result make(pave_context *context, const pv_statistics *like, pv_statistics **out)
 {
-    pave_result result = check(context, width, height, channels, settings);
-    pv_statistics *s = result ? NULL : pv_allocate_zeroed(context, 1, sizeof *s, &result);
+    pave_result result = PAVE_OK;
+    pv_statistics *s = pv_allocate(context, 1, sizeof *s, &result);
     if (result)
         return result;
-    s->settings = *settings;
-    s->channels = channels;
-    for (int32_t level = 0; level <= settings->scales; level++)
-        s->reach[level] = lesser(settings->neighbourhood / 2, (lesser(width, height) >> level) / 2 - 1);
+    *s = *like;
+    s->stretches = NULL, s->values = NULL;
     lay_out(s, NULL);
     s->stretches = pv_allocate(context, (size_t)s->stretch_count, sizeof *s->stretches, &result);
     s->values = result ? NULL : pv_allocate_zeroed(context, (size_t)s->count, sizeof *s->values, &result);
@@ -90,6 +87,21 @@ pave_result pv_statistics_create(pave_context *context, int32_t width, int32_t h
     lay_out(s, s->stretches);
     *out = s;
     return PAVE_OK;
+}
+
+pave_result pv_statistics_create(pave_context *context, int32_t width, int32_t height, int32_t channels,
+                                 const pv_statistics_settings *settings, pv_statistics **out)
+{
+    pave_result result = check(context, width, height, channels, settings);
+    pv_statistics s = { .settings = *settings, .channels = channels };
+    for (int32_t level = 0; level <= settings->scales && !result; level++)
+        s.reach[level] = lesser(settings->neighbourhood / 2, (lesser(width, height) >> level) / 2 - 1);
+    return result ? result : make(context, &s, out);
+}
+
+pave_result pv_statistics_create_like(pave_context *context, const pv_statistics *like, pv_statistics **out)
+{
+    return make(context, like, out);
 }
 
 void pv_statistics_free(pv_statistics *statistics)
@@ -111,6 +123,15 @@ double *pv_statistics_at(const pv_statistics *statistics, int32_t group, int32_t
     return NULL;
 }
 
+/* Of a channel's pixels, or of the magnitudes of one of its bands. */
+static double channel_variance(const pv_statistics *s, const pv_stretch *stretch, int32_t channel, int32_t k)
+{
+    int32_t scale = stretch->scale, lags = pv_lags(s->reach[scale]);
+    double deviation = pv_statistics_at(s, PV_PIXELS, channel, 0)[1];
+    return stretch->group == PV_CHANNELS ? deviation * deviation
+                                         : pv_statistics_at(s, PV_MAGNITUDE_CORRELATION, channel, scale)[k * lags];
+}
+
 /* The variance of the pixels of a stretch's channel; of what is between channels, that of all. */
 static double variance_of(const pv_statistics *s, const pv_stretch *stretch)
 {
@@ -123,6 +144,18 @@ static double variance_of(const pv_statistics *s, const pv_stretch *stretch)
     return sum;
 }
 
+/* What lies between two channels is held against both: where they are without any relation, too. */
+static double norm_between(const pv_statistics *s, const pv_stretch *stretch)
+{
+    double sum = 0;
+    int32_t orientations = stretch->group == PV_CHANNELS ? 1 : s->settings.orientations;
+    for (int32_t k = 0; k < orientations; k++)
+        for (int32_t a = 1; a < s->channels; a++)
+            for (int32_t b = 0; b < a; b++)
+                sum += channel_variance(s, stretch, a, k) * channel_variance(s, stretch, b, k);
+    return sqrt(sum);
+}
+
 /* Sums of squares, of pixels without what the mean adds to least and greatest. Where nothing is, nothing may come: what
  * is below the rounding of floats beside the whole counts as much as that. */
 double pv_statistics_norm(const pv_statistics *wanted, const pv_stretch *stretch)
@@ -130,6 +163,8 @@ double pv_statistics_norm(const pv_statistics *wanted, const pv_stretch *stretch
     const double *v = wanted->values + stretch->first;
     double sum = 0, variance = variance_of(wanted, stretch), least;
     int32_t group = stretch->group;
+    if (group >= PV_CHANNELS)
+        return fmax(norm_between(wanted, stretch), fmax(1e-6 * variance, 1e-30));
     for (int32_t i = 0; i < stretch->count; i++) {
         double value = group != PV_PIXELS ? v[i] : i == 0 ? 0 : i == 1 ? v[1] : v[i] - v[0];
         sum += value * value;

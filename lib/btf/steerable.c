@@ -241,6 +241,32 @@ void pv_steerable_expand(const pv_steerable *steerable, int32_t level, const pv_
                 turned(spectrum[(size_t)y * (size_t)small->width + (size_t)x], 4, 0);
 }
 
+void pv_steerable_shrink(const pv_steerable *steerable, int32_t level, const pv_complex *spectrum, pv_complex *out)
+{
+    const pv_steerable_level *large = &steerable->level[level], *small = large + 1;
+    for (int32_t y = 0; y < small->height; y++)
+        for (int32_t x = 0; x < small->width; x++)
+            out[(size_t)y * (size_t)small->width + (size_t)x] =
+                turned(spectrum[(size_t)finer(y, small->height, large->height) * (size_t)large->width +
+                                (size_t)finer(x, small->width, large->width)], 0.25f, 0);
+}
+
+void pv_steerable_spread(const pv_steerable *steerable, const double *weights, float *out)
+{
+    const pv_steerable_level *level = &steerable->level[0];
+    for (int32_t y = 0; y < level->height; y++)
+        for (int32_t x = 0; x < level->width; x++) {
+            double u = frequency(x, level->width), v = frequency(y, level->height), r = sqrt(u * u + v * v);
+            double left = low_at(r / 2) * low_at(r / 2), sum = weights[0] * (1 - left);
+            for (int32_t s = 0; s < steerable->scales; s++, r *= 2) {
+                double low = low_at(r) * low_at(r);
+                sum += weights[1 + s] * left * (1 - low);
+                left *= low;
+            }
+            out[(size_t)y * (size_t)level->width + (size_t)x] = (float)(sum + weights[1 + steerable->scales] * left);
+        }
+}
+
 /* All planes of a level, as pv_fourier_ takes them. */
 static int32_t planes_of(const pv_steerable *steerable, pv_pyramid *pyramid, int32_t level, int low,
                          pv_complex *planes[PV_MOST_ORIENTATIONS + 2])
@@ -270,7 +296,8 @@ pave_result pv_steerable_analyse(pave_context *context, const pv_steerable *stee
     for (int32_t s = 0; s < steerable->scales && !result; s++)
         result = pv_steerable_split(context, steerable, out, s);
     for (int32_t s = 0; s <= steerable->scales && !result; s++)
-        result = pv_fourier_back(context, &steerable->level[s].fourier, planes_of(steerable, out, s, 1, planes), planes);
+        result = pv_fourier_back(context, &steerable->level[s].fourier, planes_of(steerable, out, s, 1, planes),
+                                 planes);
     return result;
 }
 

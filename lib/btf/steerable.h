@@ -14,7 +14,7 @@ typedef struct pv_steerable_level {
     int32_t width, height;
     pv_fourier fourier;
     float *low;                        /* what of a spectrum goes on to the next level */
-    float *band[PV_MOST_ORIENTATIONS]; /* twice the half of it that is a band's: its negative frequencies are left out */
+    float *band[PV_MOST_ORIENTATIONS]; /* twice that half of it which is a band's */
 } pv_steerable_level;
 
 typedef struct pv_steerable {
@@ -52,6 +52,12 @@ pave_result pv_steerable_join(pave_context *context, const pv_steerable *steerab
 
 /* A spectrum of one level at the size of the one before: twice as fine. */
 void pv_steerable_expand(const pv_steerable *steerable, int32_t level, const pv_complex *spectrum, pv_complex *out);
+
+/* The other way around: its adjoint, what of the spectrum of `level` is of the next one's size. */
+void pv_steerable_shrink(const pv_steerable *steerable, int32_t level, const pv_complex *spectrum, pv_complex *out);
+
+/* A filter, for spectra of level 0, that weighs the highpass residual, each scale and the lowpass residual. */
+void pv_steerable_spread(const pv_steerable *steerable, const double *weights, float *out);
 
 /* A picture into its parts, as pictures. */
 pave_result pv_steerable_analyse(pave_context *context, const pv_steerable *steerable, const float *plane,
