@@ -60,10 +60,7 @@ static int is_known(const pv_company *company, int32_t other, int32_t channel)
 
 static double covariance(const float *a, const float *b, size_t size)
 {
-    double mean_a = 0, mean_b = 0, sum = 0;
-    for (size_t i = 0; i < size; i++)
-        mean_a += a[i], mean_b += b[i];
-    mean_a /= (double)size, mean_b /= (double)size;
+    double mean_a = pv_mean(a, size), mean_b = pv_mean(b, size), sum = 0;
     for (size_t i = 0; i < size; i++)
         sum += (a[i] - mean_a) * (b[i] - mean_b);
     return sum / (double)size;
@@ -103,7 +100,7 @@ void pv_company_grade(const pv_texture *texture, int32_t channel, const pv_stati
         const float *plane = c->planes + (size_t)other * c->size;
         float weight = is_known(c, other, channel)
                            ? (float)pv_statistics_at(weights, PV_CHANNELS, 0, 0)[pv_pair(channel, other)] : 0;
-        double mean = weight != 0 ? pv_moments_of(plane, c->size).mean : 0;
+        double mean = weight != 0 ? pv_mean(plane, c->size) : 0;
         for (size_t i = 0; i < c->size && weight != 0; i++)
             out[i] += weight * (plane[i] - (float)mean);
     }

@@ -176,17 +176,14 @@ static pave_result take_parents(pv_texture *t, const pv_texture *at, int32_t sca
 
 static void take_low(pv_texture *t, int32_t scale)
 {
-    double sum = 0;
     for (size_t i = 0; i < size_of(t, scale); i++)
-        sum += t->pyramid.low[scale][i].r;
-    float mean = (float)(sum / (double)size_of(t, scale));
-    for (size_t i = 0; i < size_of(t, scale); i++)
-        t->low[scale][i] = t->pyramid.low[scale][i].r - mean;
+        t->low[scale][i] = t->pyramid.low[scale][i].r;
 }
 
 static pave_result take_all(pv_texture *t, const pv_texture *at, const float *plane)
 {
-    pave_result result = pv_steerable_analyse(t->context, &t->steerable, plane, &t->pyramid);
+    double mean = pv_mean(plane, size_of(t, 0));
+    pave_result result = pv_steerable_analyse(t->context, &t->steerable, plane, mean, &t->pyramid);
     for (int32_t s = 0; s <= t->steerable.scales && !result; s++) {
         take_low(t, s);
         if (s < t->steerable.scales)

@@ -98,11 +98,8 @@ static pave_result impose_low(pv_texture *t, const pv_statistics *wanted, int32_
     size_t size = size_of(t, s);
     pv_complex *low = t->pyramid.low[s];
     const double *shape = pv_statistics_at(wanted, PV_LOW_SHAPE, channel, s);
-    double sum = 0;
     for (size_t i = 0; i < size; i++)
-        sum += low[i].r;
-    for (size_t i = 0; i < size; i++)
-        t->low[s][i] = low[i].r - (float)(sum / (double)size);
+        t->low[s][i] = low[i].r;
     pave_result result = pv_impose_autocorrelation(t, s, wanted->reach[s],
                                                    pv_statistics_at(wanted, PV_LOW_CORRELATION, channel, s), t->low[s]);
     pv_move_moment(t->low[s], size, 3, shape[0]);
@@ -174,7 +171,8 @@ pave_result pv_texture_impose(pv_texture *texture, const pv_statistics *wanted, 
 {
     pv_texture *t = texture;
     int32_t last = t->steerable.scales;
-    pave_result result = pv_steerable_analyse(t->context, &t->steerable, plane, &t->pyramid);
+    double mean = pv_mean(plane, size_of(t, 0));
+    pave_result result = pv_steerable_analyse(t->context, &t->steerable, plane, mean, &t->pyramid);
     if (!result)
         result = impose_low(t, wanted, channel, last);
     for (int32_t s = last - 1; s >= 0 && !result; s--)

@@ -6,16 +6,22 @@
 
 enum { MOST_ORDER = 4, HALVINGS = 60 };
 
+double pv_mean(const float *plane, size_t count)
+{
+    double sum = 0;
+    for (size_t i = 0; i < count; i++)
+        sum += plane[i];
+    return sum / (double)count;
+}
+
 pv_moments pv_moments_of(const float *plane, size_t count)
 {
-    pv_moments m = { 0, 0, 0, 3, plane[0], plane[0] };
+    pv_moments m = { pv_mean(plane, count), 0, 0, 3, plane[0], plane[0] };
     double second = 0, third = 0, fourth = 0;
     for (size_t i = 0; i < count; i++) {
-        m.mean += plane[i];
         m.least = fmin(m.least, plane[i]);
         m.greatest = fmax(m.greatest, plane[i]);
     }
-    m.mean /= (double)count;
     for (size_t i = 0; i < count; i++) {
         double d = plane[i] - m.mean, square = d * d;
         second += square;
@@ -148,7 +154,7 @@ void pv_move_moment(float *plane, size_t count, int order, double wanted)
 void pv_impose_range(float *plane, size_t count, double mean, double least, double greatest)
 {
     size_t low = 0, high = 0;
-    float shift = (float)(mean - pv_moments_of(plane, count).mean);
+    float shift = (float)(mean - pv_mean(plane, count));
     for (size_t i = 0; i < count; i++)
         plane[i] += shift;
     for (size_t i = 1; i < count; i++) {

@@ -30,8 +30,8 @@ static float *plane_of(const torus *t, int32_t channel)
     return t->planes + (int64_t)channel * t->width * t->height;
 }
 
-static pave_result check_finite(pave_context *context, int32_t width, int32_t height, int32_t channels,
-                                const float *planes)
+pave_result pv_check_finite(pave_context *context, int32_t width, int32_t height, int32_t channels,
+                            const float *planes)
 {
     int64_t n = (int64_t)width * height;
     for (int64_t i = 0; i < n * channels; i++)
@@ -81,24 +81,72 @@ static pave_result measure_torus(pave_context *context, const torus *t, pv_stati
     return result;
 }
 
-pave_result pv_statistics_measure(pave_context *context, int32_t width, int32_t height, int32_t channels,
-                                  const float *planes, const pv_statistics_settings *settings, pv_statistics **out)
+static pave_result check_target(pave_context *context, const pv_statistics *wanted, int32_t width, int32_t height)
+{
+    int32_t side = width < height ? width : height;
+    for (int32_t s = 0; s <= wanted->settings.scales; s++)
+        if (side >> s < 2 * wanted->reach[s] + 2)
+            return pv_fail(context, PAVE_ERR_ARGUMENT, "%d x %d px are too few for statistics of %d scales with a "
+                           "neighbourhood of %d", (int)width, (int)height, (int)wanted->settings.scales,
+                           (int)wanted->settings.neighbourhood);
+    return PAVE_OK;
+}
+
+/* The range is that of the planes as they were given. */
+static void measure_ranges(int32_t width, int32_t height, const float *planes, pv_statistics *into)
+{
+    int64_t n = (int64_t)width * height;
+    for (int32_t c = 0; c < into->channels; c++) {
+        double *pixels = pv_statistics_at(into, PV_PIXELS, c, 0);
+        pv_moments m = pv_moments_of(planes + c * n, (size_t)n);
+        pixels[2] = m.least, pixels[3] = m.greatest;
+    }
+}
+
+static pave_result measure_into(pave_context *context, int32_t width, int32_t height, const float *planes,
+                                pv_statistics *into)
 {
     torus t = { 0 };
-    pv_statistics *s = NULL;
-    pave_result result = pv_statistics_create(context, width, height, channels, settings, &s);
+    pave_result result = pv_check_finite(context, width, height, into->channels, planes);
     if (!result)
-        result = check_finite(context, width, height, channels, planes);
+        result = cut_torus(context, width, height, into->channels, planes, into->settings.scales, &t);
     if (!result)
-        result = cut_torus(context, width, height, channels, planes, settings->scales, &t);
+        result = measure_torus(context, &t, into);
     if (!result)
-        result = measure_torus(context, &t, s);
+        measure_ranges(width, height, planes, into);
     pv_release(t.planes);
+    return result;
+}
+
+static pave_result hand_over(pave_result result, pv_statistics *s, pv_statistics **out)
+{
     if (result)
         pv_statistics_free(s);
     else
         *out = s;
     return result;
+}
+
+pave_result pv_statistics_measure(pave_context *context, int32_t width, int32_t height, int32_t channels,
+                                  const float *planes, const pv_statistics_settings *settings, pv_statistics **out)
+{
+    pv_statistics *s = NULL;
+    pave_result result = pv_statistics_create(context, width, height, channels, settings, &s);
+    if (!result)
+        result = measure_into(context, width, height, planes, s);
+    return hand_over(result, s, out);
+}
+
+pave_result pv_statistics_measure_like(pave_context *context, const pv_statistics *like, int32_t width, int32_t height,
+                                       const float *planes, pv_statistics **out)
+{
+    pv_statistics *s = NULL;
+    pave_result result = check_target(context, like, width, height);
+    if (!result)
+        result = pv_statistics_create_like(context, like, &s);
+    if (!result)
+        result = measure_into(context, width, height, planes, s);
+    return hand_over(result, s, out);
 }
 
 /* The plane within a torus that is larger where its size does not divide: its borders are reflected. */
@@ -127,7 +175,7 @@ static pave_result impose_channels(pave_context *context, const pv_statistics *w
         among[a * t->channels + a] = pixels[1] * pixels[1];
         for (int32_t b = 0; b < a; b++)
             among[a * t->channels + b] = among[b * t->channels + a] = pairs[a * (a - 1) / 2 + b];
-        double mean = pv_moments_of(planes[a], n).mean;
+        double mean = pv_mean(planes[a], n);
         for (size_t i = 0; i < n; i++)
             planes[a][i] -= (float)mean;
     }
@@ -204,17 +252,6 @@ static pave_result impose_torus(pave_context *context, const pv_statistics *want
     return result || iterations > FEW ? result : measure_torus(context, t, is);
 }
 
-static pave_result check_target(pave_context *context, const pv_statistics *wanted, int32_t width, int32_t height)
-{
-    int32_t side = width < height ? width : height;
-    for (int32_t s = 0; s <= wanted->settings.scales; s++)
-        if (side >> s < 2 * wanted->reach[s] + 2)
-            return pv_fail(context, PAVE_ERR_ARGUMENT, "%d x %d px are too few for statistics of %d scales with a "
-                           "neighbourhood of %d", (int)width, (int)height, (int)wanted->settings.scales,
-                           (int)wanted->settings.neighbourhood);
-    return PAVE_OK;
-}
-
 pave_result pv_statistics_grow(pave_context *context, const pv_statistics *wanted, int32_t width, int32_t height,
                                float *planes, int32_t iterations, double from, double to, pv_statistics **is)
 {
@@ -251,7 +288,7 @@ pave_result pv_statistics_impose(pave_context *context, const pv_statistics *wan
     pv_statistics *is = NULL;
     pave_result result = check_target(context, wanted, width, height);
     if (!result)
-        result = check_finite(context, width, height, channels, planes);
+        result = pv_check_finite(context, width, height, channels, planes);
     if (!result)
         result = make_toruses(context, width, height, planes, &t, &smooth);
     if (!result)

@@ -281,13 +281,13 @@ static int32_t planes_of(const pv_steerable *steerable, pv_pyramid *pyramid, int
     return count;
 }
 
-pave_result pv_steerable_analyse(pave_context *context, const pv_steerable *steerable, const float *plane,
+pave_result pv_steerable_analyse(pave_context *context, const pv_steerable *steerable, const float *plane, double mean,
                                  pv_pyramid *out)
 {
     size_t n = pv_level_size(steerable, 0);
     pv_complex *planes[PV_MOST_ORIENTATIONS + 2];
     for (size_t i = 0; i < n; i++)
-        out->high[i] = (pv_complex){ plane[i], 0 };
+        out->high[i] = (pv_complex){ (float)(plane[i] - mean), 0 };
     pave_result result = pv_fourier_forth(context, &steerable->level[0].fourier, 1, &out->high);
     for (size_t i = 0; i < n && !result; i++) {
         out->low[0][i] = turned(out->high[i], steerable->first_low[i], 0);

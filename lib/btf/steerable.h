@@ -59,8 +59,8 @@ void pv_steerable_shrink(const pv_steerable *steerable, int32_t level, const pv_
 /* A filter, for spectra of level 0, that weighs the highpass residual, each scale and the lowpass residual. */
 void pv_steerable_spread(const pv_steerable *steerable, const double *weights, float *out);
 
-/* A picture into its parts, as pictures. */
-pave_result pv_steerable_analyse(pave_context *context, const pv_steerable *steerable, const float *plane,
+/* A picture, less its mean, into its parts, as pictures. */
+pave_result pv_steerable_analyse(pave_context *context, const pv_steerable *steerable, const float *plane, double mean,
                                  pv_pyramid *out);
 
 /* The adjoint: a picture from parts, which are used up; with `lows`, all lows count, else only the residual. Of what

@@ -50,7 +50,13 @@ double *pv_statistics_at(const pv_statistics *statistics, int32_t group, int32_t
 /* What differences of a stretch are divided by. */
 double pv_statistics_norm(const pv_statistics *wanted, const pv_stretch *stretch);
 
-/* statistics.c: planes that repeat, of sides that 2^scales divides, are taken there in place; `is` becomes the
+/* statistics.c: are all values finite, and such that their fourth powers are?; measured with the reaches of others. */
+pave_result pv_check_finite(pave_context *context, int32_t width, int32_t height, int32_t channels,
+                            const float *planes);
+pave_result pv_statistics_measure_like(pave_context *context, const pv_statistics *like, int32_t width, int32_t height,
+                                       const float *planes, pv_statistics **out);
+
+/* Planes that repeat, of sides that 2^scales divides, are taken there in place; `is` becomes the
  * statistics they have then. */
 pave_result pv_statistics_grow(pave_context *context, const pv_statistics *wanted, int32_t width, int32_t height,
                                float *planes, int32_t iterations, double from, double to, pv_statistics **is);
@@ -93,7 +99,6 @@ typedef struct pv_texture {
     int32_t width, height;
     pv_steerable steerable;
     pv_pyramid pyramid;
-    double mean;                                                     /* of the plane that was taken apart */
     float *low[PV_MOST_SCALES + 1];                                  /* lows, without the mean */
     float *magnitude[PV_MOST_SCALES][PV_MOST_ORIENTATIONS];          /* less their mean */
     double mean_magnitude[PV_MOST_SCALES][PV_MOST_ORIENTATIONS];
@@ -151,6 +156,7 @@ double pv_mean_product(const float *a, const float *b, int32_t width, int32_t he
 
 /* moments.c: mean, variance, and the third and fourth moments over powers of the deviation. */
 typedef struct pv_moments { double mean, variance, skewness, kurtosis, least, greatest; } pv_moments;
+double pv_mean(const float *plane, size_t count);
 pv_moments pv_moments_of(const float *plane, size_t count);
 
 /* Skewness and kurtosis; how they and the deviation change, to the first order, when a direction is added; the sum of

@@ -55,7 +55,7 @@ static void pyramids_are_inverted(void **state)
         draw_noise(plane, n, c, 1, 2);
         assert_ok(pv_steerable_create(*state, width, height, cases[c][2], cases[c][3], &s));
         assert_ok(pv_pyramid_create(*state, &s, &p));
-        assert_ok(pv_steerable_analyse(*state, &s, plane, &p));
+        assert_ok(pv_steerable_analyse(*state, &s, plane, 0, &p));
         double energy = 0, parts = 0, error = 0;
         for (size_t i = 0; i < n; i++)
             parts += p.high[i].r * p.high[i].r / (double)n;
