@@ -4,9 +4,10 @@
 #include "btf/texture.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
-enum { STEPS = 16, HALVINGS = 4 };
+enum { LEAST_STEPS = 8, MOST_STEPS = 32, HALVINGS = 4 };
 
 typedef struct joint {
     pv_texture *at, *change;
@@ -16,7 +17,8 @@ typedef struct joint {
     size_t size;
     float *plane, *before;
     float *filter, *direction, *slope, *step; /* of the size of the plane */
-    double *norm, *left;                      /* of each statistic: what it is divided by, and what is missing */
+    uint8_t *stopped;                         /* pixels at an end of the range that would go beyond it */
+    double *norm, *left;                      /* of each statistic: what it is multiplied by, and what is missing */
 } joint;
 
 /* How strong each part of the pyramid is: a change of the strong ones is seen less. */
@@ -45,14 +47,14 @@ static pave_result apply_filter(joint *j, const float *in, float *out)
     pv_complex *room = j->change->room[0];
     const pv_fourier *fourier = &j->at->steerable.level[0].fourier;
     for (size_t i = 0; i < j->size; i++)
-        room[i] = (pv_complex){ in[i], 0 };
+        room[i] = (pv_complex){ j->stopped[i] ? 0 : in[i], 0 };
     pave_result result = pv_fourier_forth(j->at->context, fourier, 1, &room);
     for (size_t i = 0; i < j->size && !result; i++)
         room[i].r *= j->filter[i], room[i].i *= j->filter[i];
     if (!result)
         result = pv_fourier_back(j->at->context, fourier, 1, &room);
     for (size_t i = 0; i < j->size && !result; i++)
-        out[i] = room[i].r;
+        out[i] = j->stopped[i] ? 0 : room[i].r;
     return result;
 }
 
@@ -78,17 +80,23 @@ static void find_norms(joint *j)
     }
 }
 
+static double square_sum(const double *values, int32_t count)
+{
+    double sum = 0;
+    for (int32_t i = 0; i < count; i++)
+        sum += values[i] * values[i];
+    return sum;
+}
+
 /* What is missing, of the plane as it is, and the sum of its squares. */
 static pave_result look(joint *j, double *sum)
 {
     pave_result result = pv_texture_analyse(j->at, j->plane);
     if (!result)
         result = pv_texture_gather(j->at, j->plane, j->channel, j->is);
-    *sum = 0;
-    for (int32_t i = 0; i < j->wanted->count && !result; i++) {
+    for (int32_t i = 0; i < j->wanted->count && !result; i++)
         j->left[i] = (j->wanted->values[i] - j->is->values[i]) * j->norm[i];
-        *sum += j->left[i] * j->left[i];
-    }
+    *sum = result ? 0 : square_sum(j->left, j->wanted->count);
     return result;
 }
 
@@ -124,16 +132,32 @@ static pave_result follow(joint *j, double power)
     return result;
 }
 
-static pave_result conjugate_gradients(joint *j)
+/* Those that the slope would carry beyond the range stand still. Are there any? */
+static int stop_pixels(joint *j)
+{
+    const double *pixels = pv_statistics_at(j->wanted, PV_PIXELS, j->channel, 0);
+    float least = (float)pixels[2], greatest = (float)pixels[3];
+    int any = 0;
+    for (size_t i = 0; i < j->size; i++) {
+        j->stopped[i] = (j->plane[i] <= least && j->slope[i] < 0) || (j->plane[i] >= greatest && j->slope[i] > 0);
+        any |= j->stopped[i];
+    }
+    return any;
+}
+
+static pave_result conjugate_gradients(joint *j, int32_t steps)
 {
     double power = 0, before;
+    memset(j->stopped, 0, j->size);
     pave_result result = find_slope(j, &power);
+    if (!result && stop_pixels(j))
+        result = find_slope(j, &power);
     memcpy(j->direction, j->slope, j->size * sizeof *j->direction);
     memset(j->step, 0, j->size * sizeof *j->step);
-    for (int32_t i = 0; i < STEPS && power > 0 && !result; i++) {
+    for (int32_t i = 0; i < steps && power > 0 && !result; i++) {
         result = follow(j, power);
         before = power;
-        if (!result && i + 1 < STEPS)
+        if (!result && i + 1 < steps)
             result = find_slope(j, &power);
         for (size_t k = 0; k < j->size && !result; k++)
             j->direction[k] = j->slope[k] + (float)(power / before) * j->direction[k];
@@ -142,7 +166,7 @@ static pave_result conjugate_gradients(joint *j)
 }
 
 /* The whole step, or, where the statistics bend too much for it, a half or a quarter. */
-static pave_result take_step(joint *j, double was)
+static pave_result take_step(joint *j, double was, double *now)
 {
     const double *pixels = pv_statistics_at(j->wanted, PV_PIXELS, j->channel, 0);
     double share = 1, is = was;
@@ -158,7 +182,16 @@ static pave_result take_step(joint *j, double was)
         memcpy(j->plane, j->before, j->size * sizeof *j->plane);
         result = look(j, &is);
     }
+    *now = is;
     return result;
+}
+
+/* More conjugate gradients go farther: as long as that much farther is still where they think it is. */
+static int32_t choose_steps(int32_t steps, double was, double told, double is)
+{
+    double kept = was > told ? (was - is) / (was - told) : 1;
+    steps = kept < 0.25 ? steps * 2 / 3 : kept > 0.5 ? steps * 3 / 2 : steps;
+    return steps < LEAST_STEPS ? LEAST_STEPS : steps > MOST_STEPS ? MOST_STEPS : steps;
 }
 
 static pave_result make_room(joint *j, float **planes, double **numbers)
@@ -166,6 +199,7 @@ static pave_result make_room(joint *j, float **planes, double **numbers)
     pave_result result = PAVE_OK;
     size_t n = j->size, count = (size_t)j->wanted->count;
     *planes = pv_allocate(j->at->context, 5 * n, sizeof **planes, &result);
+    j->stopped = result ? NULL : pv_allocate(j->at->context, n, 1, &result);
     *numbers = result ? NULL : pv_allocate(j->at->context, 2 * count, sizeof **numbers, &result);
     if (result)
         return result;
@@ -175,12 +209,12 @@ static pave_result make_room(joint *j, float **planes, double **numbers)
 }
 
 pave_result pv_texture_approach(pv_texture *at, pv_texture *change, const pv_statistics *wanted, int32_t channel,
-                                float *plane, pv_statistics *is)
+                                float *plane, int32_t *steps, pv_statistics *is)
 {
     joint j = { .at = at, .change = change, .wanted = wanted, .is = is, .channel = channel, .plane = plane,
                 .size = pv_level_size(&at->steerable, 0) };
     float *planes = NULL;
-    double *numbers = NULL, was = 0;
+    double *numbers = NULL, was = 0, is_now = 0;
     pave_result result = make_room(&j, &planes, &numbers);
     if (!result) {
         find_filter(&j);
@@ -188,11 +222,15 @@ pave_result pv_texture_approach(pv_texture *at, pv_texture *change, const pv_sta
         result = look(&j, &was);
     }
     if (!result && was > 0)
-        result = conjugate_gradients(&j);
+        result = conjugate_gradients(&j, *steps);
+    double told = result ? 0 : square_sum(j.left, wanted->count);
     if (!result && was > 0)
-        result = take_step(&j, was);
+        result = take_step(&j, was, &is_now);
+    if (!result && was > 0)
+        *steps = choose_steps(*steps, was, told, is_now);
     if (!result)
         pv_company_keep(at, channel);
+    pv_release(j.stopped);
     pv_statistics_free(j.product);
     pv_release(planes);
     pv_release(numbers);

@@ -198,6 +198,7 @@ typedef struct run {
     pv_texture texture, change;
     pv_company company;
     pv_statistics *is;
+    int32_t steps;
 } run;
 
 static pave_result open_run(pave_context *context, run *r)
@@ -227,7 +228,7 @@ static pave_result impose_round(pave_context *context, run *r, int jointly, doub
     pave_result result = PAVE_OK;
     for (int32_t c = 0; c < t->channels && !result; c++) {
         float *plane = plane_of(t, c);
-        result = jointly ? pv_texture_approach(&r->texture, &r->change, r->wanted, c, plane, r->is)
+        result = jointly ? pv_texture_approach(&r->texture, &r->change, r->wanted, c, plane, &r->steps, r->is)
                          : pv_texture_impose(&r->texture, r->wanted, c, plane);
         if (!result)
             result = pv_progress(context, from + (to - from) * (c + 1) / t->channels);
@@ -239,7 +240,7 @@ static pave_result impose_round(pave_context *context, run *r, int jointly, doub
 static pave_result impose_torus(pave_context *context, const pv_statistics *wanted, torus *t, int32_t iterations,
                                 double from, double to, pv_statistics *is)
 {
-    run r = { .wanted = wanted, .torus = t, .is = is };
+    run r = { .wanted = wanted, .torus = t, .is = is, .steps = 8 };
     int32_t in_turn = iterations > FEW ? (2 * iterations + 4) / 5 : iterations;
     pave_result result = open_run(context, &r);
     for (int32_t i = 0; i < iterations && !result; i++) {

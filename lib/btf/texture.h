@@ -147,9 +147,10 @@ void pv_company_grade(const pv_texture *texture, int32_t channel, const pv_stati
 /* impose.c: one round of all statistics of a channel. */
 pave_result pv_texture_impose(pv_texture *texture, const pv_statistics *wanted, int32_t channel, float *plane);
 
-/* joint.c: a step towards all statistics of a channel at once; `is` becomes those it has then. */
+/* joint.c: a step towards all statistics of a channel at once, by so many conjugate gradients, which becomes how many
+ * to take for the next one; `is` becomes the statistics it has then. */
 pave_result pv_texture_approach(pv_texture *at, pv_texture *change, const pv_statistics *wanted, int32_t channel,
-                                float *plane, pv_statistics *is);
+                                float *plane, int32_t *steps, pv_statistics *is);
 
 /* Sums of products of two planes, one of them moved by a lag around the torus; means of them. */
 double pv_mean_product(const float *a, const float *b, int32_t width, int32_t height, int32_t x, int32_t y);
