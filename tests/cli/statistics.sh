@@ -47,7 +47,7 @@ refuse 2 "odd neighbourhood" stones.png -o no.png --scales 3 --neighbourhood 6
 refuse 2 "where to" stones.png
 refuse 2 "scales" stones.png -o no.png --scales 0
 refuse 3 "nothing.png" nothing.png -o no.png
-refuse 4 "limit" stones.png -o no.png --size 90000x90000
+refuse 4 "limit" stones.png -o no.png --scales 3 --size 90000x90000
 refuse 5 "nowhere" stones.png --scales 3 --iterations 1 -o nowhere/no.png
 [ ! -e no.png ] || fail "something was written"
 exit $failed
