@@ -2,7 +2,7 @@
 #include "btf/texture.h"
 
 #include <math.h>
-#include <string.h>
+#include <stdlib.h>
 
 enum { LEAST_SIDE = 4 };
 
@@ -175,6 +175,17 @@ double pv_statistics_norm(const pv_statistics *wanted, const pv_stretch *stretch
     return fmax(fmax(sqrt(sum), least), 1e-30);
 }
 
+/* Where a number of a stretch is among those of another measurement, whose lags may not go so far: NULL. */
+static const double *counterpart(const pv_statistics *of, const pv_statistics *in, const pv_stretch *s, int32_t k)
+{
+    const double *values = pv_statistics_at(in, s->group, s->channel, s->scale);
+    int32_t own = of->reach[s->scale], other = in->reach[s->scale], x, y;
+    if ((s->group != PV_LOW_CORRELATION && s->group != PV_MAGNITUDE_CORRELATION) || own == other)
+        return values + k;
+    pv_lag(own, k % pv_lags(own), &x, &y);
+    return abs(x) > other || y > other ? NULL : values + k / pv_lags(own) * pv_lags(other) + y * (2 * other + 1) + x;
+}
+
 double pv_statistics_group(const pv_statistics *wanted, const pv_statistics *is, int32_t group)
 {
     double sum = 0;
@@ -182,23 +193,27 @@ double pv_statistics_group(const pv_statistics *wanted, const pv_statistics *is,
     for (int32_t i = 0; i < wanted->stretch_count; i++) {
         const pv_stretch *s = &wanted->stretches[i];
         double norm = s->group == group ? pv_statistics_norm(wanted, s) : 0;
-        for (int32_t k = s->first; k < s->first + s->count && norm > 0; k++)
-            sum += (is->values[k] - wanted->values[k]) * (is->values[k] - wanted->values[k]) / norm / norm;
+        for (int32_t k = 0; k < s->count && norm > 0; k++) {
+            const double *other = counterpart(wanted, is, s, k);
+            double off = other ? (*other - wanted->values[s->first + k]) / norm : 0;
+            sum += off * off;
+        }
         stretches += norm > 0;
     }
     return stretches ? sqrt(sum / stretches) : -1;
 }
 
-static int same_layout(const pv_statistics *a, const pv_statistics *b)
+static int comparable(const pv_statistics *a, const pv_statistics *b)
 {
-    return a->count == b->count && a->channels == b->channels && !memcmp(a->reach, b->reach, sizeof a->reach) &&
-           !memcmp(&a->settings, &b->settings, sizeof a->settings);
+    const pv_statistics_settings *s = &a->settings, *t = &b->settings;
+    return a->channels == b->channels && s->scales == t->scales && s->orientations == t->orientations &&
+           s->cross == t->cross;
 }
 
 double pv_statistics_distance(const pv_statistics *a, const pv_statistics *b)
 {
     double worst = 0;
-    for (int32_t group = 0; group < PV_GROUPS && same_layout(a, b); group++)
+    for (int32_t group = 0; group < PV_GROUPS && comparable(a, b); group++)
         worst = fmax(worst, pv_statistics_group(a, b, group));
-    return same_layout(a, b) ? worst : INFINITY;
+    return comparable(a, b) ? worst : INFINITY;
 }

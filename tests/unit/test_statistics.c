@@ -236,6 +236,14 @@ static void statistics_do_not_depend_on_size_or_border(void **state)
     assert_true(pv_statistics_distance(of_one, of_four) < 5e-3);
     assert_ok(pv_statistics_measure(*state, 2 * SIDE, 2 * SIDE - 5, 1, four, &settings, &of_part));
     assert_true(pv_statistics_group(of_one, of_part, PV_MAGNITUDE) < 0.1); /* five rows less leave a seam */
+    pv_statistics *small, *large; /* whose lags go one and three pixels far at the coarsest level */
+    static const pv_statistics_settings deep = { 4, 4, 7, 0 };
+    assert_ok(pv_statistics_measure(*state, SIDE, SIDE, 1, one, &deep, &small));
+    assert_ok(pv_statistics_measure(*state, 2 * SIDE, 2 * SIDE, 1, four, &deep, &large));
+    assert_true(small->reach[4] == 1 && large->reach[4] == 3);
+    assert_true(pv_statistics_distance(small, large) < 0.01 && pv_statistics_distance(large, small) < 0.01);
+    pv_statistics_free(small);
+    pv_statistics_free(large);
     for (int i = 0; i < SIDE * SIDE; i++)
         one[i] += (float)(i % SIDE - SIDE / 2) / SIDE;
     assert_ok(pv_statistics_measure(*state, SIDE, SIDE, 1, one, &settings, &of_ramp));

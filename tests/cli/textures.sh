@@ -3,7 +3,7 @@
 set -eu
 root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
 pave=$build/bin/pave
-work=$(mktemp -d "${TMPDIR:-/tmp}/pave statistics.XXXXXX")
+work=$(mktemp -d "${TMPDIR:-/tmp}/pave textures.XXXXXX")
 trap 'rm -rf "$work"' EXIT
 failed=0
 fail() {
