@@ -2,8 +2,8 @@
  *
  * Source: Portilla and Simoncelli 2000, "A parametric texture model based on joint statistics of complex wavelet
  * coefficients", International Journal of Computer Vision 40(1). A picture is taken apart into bands of a scale and an
- * orientation; what is measured is how they are distributed and how they go together (section 3). White noise is then
- * changed until it has the same statistics (section 4). Stochastic textures come out well, those made of whole things
+ * orientation; what is measured is how they are distributed and how they go together. White noise is then
+ * changed until it has the same statistics. Stochastic textures come out well, those made of whole things
  * (bricks, letters) do not: pave/tiling.h copies such ones. docs/papers.md says what is done otherwise, and why.
  *
  * Border    a picture that does not repeat is made to, by taking out the smooth part that its jumps at the border

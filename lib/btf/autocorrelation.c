@@ -1,5 +1,5 @@
 /* Autocorrelations imposed on planes by filters.
- * Source: Portilla and Simoncelli 2000, appendix A.6: the filter's autocorrelation solves a linear system; the root of
+ * Source: Portilla and Simoncelli 2000, appendix: the filter's autocorrelation solves a linear system; the root of
  * its spectrum is the filter without a phase. */
 #include "btf/texture.h"
 

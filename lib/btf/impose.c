@@ -1,5 +1,5 @@
 /* One round: all statistics of a channel imposed in turn, from the coarsest scale to the pixels.
- * Source: Portilla and Simoncelli 2000, section 4 and Fig. 9. */
+ * Source: Portilla and Simoncelli 2000, the synthesis procedure. */
 #include "btf/texture.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
 /* Moments of a plane: measured, and moved along their gradients to what is wanted.
- * Source: Portilla and Simoncelli 2000, appendix A.1 to A.4. */
+ * Source: Portilla and Simoncelli 2000, appendix. */
 #include "btf/texture.h"
 
 #include <math.h>

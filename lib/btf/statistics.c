@@ -197,15 +197,16 @@ typedef struct run {
     torus *torus;
     pv_texture texture, change;
     pv_company company;
-    pv_statistics *is;
-    int32_t steps;
+    pv_statistics *is; /* NULL: nobody asks, and no step is joint */
+    int32_t steps;     /* conjugate gradients of the next joint step */
+    int32_t in_turn, rounds;
 } run;
 
 static pave_result open_run(pave_context *context, run *r)
 {
     torus *t = r->torus;
     pave_result result = pv_texture_create(context, r->wanted, t->width, t->height, &r->texture);
-    if (!result)
+    if (!result && r->in_turn < r->rounds)
         result = pv_texture_create(context, r->wanted, t->width, t->height, &r->change);
     if (!result && r->wanted->settings.cross) {
         r->texture.company = r->change.company = &r->company;
@@ -240,8 +241,8 @@ static pave_result impose_round(pave_context *context, run *r, int jointly, doub
 static pave_result impose_torus(pave_context *context, const pv_statistics *wanted, torus *t, int32_t iterations,
                                 double from, double to, pv_statistics *is)
 {
-    run r = { .wanted = wanted, .torus = t, .is = is, .steps = 8 };
-    int32_t in_turn = iterations > FEW ? (2 * iterations + 4) / 5 : iterations;
+    run r = { .wanted = wanted, .torus = t, .is = is, .steps = 8, .rounds = iterations };
+    int32_t in_turn = r.in_turn = iterations > FEW ? (2 * iterations + 4) / 5 : iterations;
     pave_result result = open_run(context, &r);
     for (int32_t i = 0; i < iterations && !result; i++) {
         double share = (to - from) / iterations;
@@ -250,7 +251,7 @@ static pave_result impose_torus(pave_context *context, const pv_statistics *want
             break;
     }
     close_run(&r);
-    return result || iterations > FEW ? result : measure_torus(context, t, is);
+    return result || !is || in_turn < iterations ? result : measure_torus(context, t, is);
 }
 
 pave_result pv_statistics_grow(pave_context *context, const pv_statistics *wanted, int32_t width, int32_t height,
@@ -292,7 +293,7 @@ pave_result pv_statistics_impose(pave_context *context, const pv_statistics *wan
         result = pv_check_finite(context, width, height, channels, planes);
     if (!result)
         result = make_toruses(context, width, height, planes, &t, &smooth);
-    if (!result)
+    if (!result && iterations > FEW)
         result = pv_statistics_create_like(context, wanted, &is);
     if (!result)
         result = impose_torus(context, wanted, &t, iterations, from, to, is);

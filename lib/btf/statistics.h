@@ -1,6 +1,6 @@
 /* The joint statistics of a texture: measured, compared, and imposed on another picture.
  * Source: Portilla and Simoncelli 2000, "A parametric texture model based on joint statistics of complex wavelet
- * coefficients", sections 3 and 4. docs/papers.md says what differs. */
+ * coefficients". docs/papers.md says what differs. */
 #pragma once
 
 #include "base/context.h"

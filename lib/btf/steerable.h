@@ -1,6 +1,6 @@
 /* The complex steerable pyramid: a picture as bands of a scale and an orientation, each with its amplitude and phase.
  * Source: Portilla and Simoncelli 2000, "A parametric texture model based on joint statistics of complex wavelet
- * coefficients", section 2.1; Simoncelli and Freeman 1995.
+ * coefficients"; Simoncelli and Freeman 1995, "The steerable pyramid".
  *
  * The frame is tight: mean squares of the parts (of a band's real part) add up to the picture's, and what was taken
  * apart goes together again to the rounding of floats. The picture is taken to repeat. */
