@@ -22,7 +22,7 @@ typedef struct joint {
 } joint;
 
 /* How strong each part of the pyramid is: a change of the strong ones is seen less. */
-static void find_filter(joint *j)
+static pave_result find_filter(joint *j)
 {
     const pv_statistics *w = j->wanted;
     int32_t scales = w->settings.scales, n = w->settings.orientations;
@@ -39,7 +39,7 @@ static void find_filter(joint *j)
     }
     for (int32_t i = 0; i < scales + 2; i++)
         weights[i] = fmax(weights[i], least);
-    pv_steerable_spread(&j->at->steerable, weights, j->filter);
+    return pv_steerable_spread(j->at->context, &j->at->steerable, weights, j->filter);
 }
 
 static pave_result apply_filter(joint *j, const float *in, float *out)
@@ -216,8 +216,9 @@ pave_result pv_texture_approach(pv_texture *at, pv_texture *change, const pv_sta
     float *planes = NULL;
     double *numbers = NULL, was = 0, is_now = 0;
     pave_result result = make_room(&j, &planes, &numbers);
+    if (!result)
+        result = find_filter(&j);
     if (!result) {
-        find_filter(&j);
         find_norms(&j);
         result = look(&j, &was);
     }

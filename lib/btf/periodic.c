@@ -38,12 +38,14 @@ static void add_jumps(const float *plane, int32_t lines, int32_t line, int32_t s
 static void solve(pv_complex *spectrum, int32_t width, int32_t height)
 {
     const double turn = 2 * 3.14159265358979323846;
-    for (int32_t y = 0; y < height; y++)
+    for (int32_t y = 0; y < height; y++) {
+        double down = 2 * cos(turn * y / height) - 4;
         for (int32_t x = 0; x < width; x++) {
-            double by = 2 * cos(turn * x / width) + 2 * cos(turn * y / height) - 4;
+            double by = 2 * cos(turn * x / width) + down;
             pv_complex *z = spectrum + (int64_t)y * width + x;
             *z = x || y ? (pv_complex){ (float)(z->r / by), (float)(z->i / by) } : (pv_complex){ 0, 0 };
         }
+    }
 }
 
 pave_result pv_smooth_part(pave_context *context, const float *plane, int32_t width, int32_t height, float *out)

@@ -57,7 +57,8 @@ void pv_steerable_expand(const pv_steerable *steerable, int32_t level, const pv_
 void pv_steerable_shrink(const pv_steerable *steerable, int32_t level, const pv_complex *spectrum, pv_complex *out);
 
 /* A filter, for spectra of level 0, that weighs the highpass residual, each scale and the lowpass residual. */
-void pv_steerable_spread(const pv_steerable *steerable, const double *weights, float *out);
+pave_result pv_steerable_spread(pave_context *context, const pv_steerable *steerable, const double *weights,
+                                float *out);
 
 /* A picture, less its mean, into its parts, as pictures. */
 pave_result pv_steerable_analyse(pave_context *context, const pv_steerable *steerable, const float *plane, double mean,
