@@ -161,6 +161,8 @@ pave_result pave_statistics_create(pave_context *context, const pave_image *text
         s->image.pixels = NULL, s->image.levels = NULL;
         result = pv_params_read(context, &pv_statistics_table, given, &s->params);
     }
+    if (!result && texture->alpha >= 0)
+        pv_note(context, PAVE_MESSAGE_INFO, "the texture's alpha is not looked at, and the result has none");
     if (!result)
         result = measure(context, texture, s);
     if (!result)

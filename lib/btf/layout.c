@@ -59,6 +59,9 @@ static pave_result check(pave_context *context, int32_t width, int32_t height, i
                        "statistics are of 1 to %d scales, 2 to %d orientations and an odd neighbourhood of 3 to %d, "
                        "not of %d, %d and %d", PV_MOST_SCALES, PV_MOST_ORIENTATIONS, 2 * PV_MOST_REACH + 1,
                        (int)settings->scales, (int)settings->orientations, (int)settings->neighbourhood);
+    if ((int64_t)width * height > PV_MOST_TEXTURE)
+        return pv_fail(context, PAVE_ERR_LIMIT, "a texture of %d x %d px is too large for statistics", (int)width,
+                       (int)height);
     if (!scales)
         return pv_fail(context, PAVE_ERR_ARGUMENT, "a texture of %d x %d px is too small for statistics: each side "
                        "must have %d px", (int)width, (int)height, 2 * LEAST_SIDE);

@@ -84,6 +84,9 @@ static pave_result measure_torus(pave_context *context, const torus *t, pv_stati
 static pave_result check_target(pave_context *context, const pv_statistics *wanted, int32_t width, int32_t height)
 {
     int32_t side = width < height ? width : height;
+    if ((int64_t)width * height > PV_MOST_TEXTURE)
+        return pv_fail(context, PAVE_ERR_LIMIT, "a texture of %d x %d px is too large for statistics", (int)width,
+                       (int)height);
     for (int32_t s = 0; s <= wanted->settings.scales; s++)
         if (side >> s < 2 * wanted->reach[s] + 2)
             return pv_fail(context, PAVE_ERR_ARGUMENT, "%d x %d px are too few for statistics of %d scales with a "

@@ -4,7 +4,7 @@
 #include "btf/statistics.h"
 #include "btf/steerable.h"
 
-enum { PV_MOST_REACH = 7 };
+enum { PV_MOST_REACH = 7, PV_MOST_TEXTURE = 1 << 30 }; /* pixels */
 
 /* The groups of statistics, as they are reported. */
 enum {
