@@ -107,5 +107,6 @@ int mosaic_main(int argc, char **argv);
 int plan_main(int argc, char **argv);
 int measure_main(int argc, char **argv);
 int tile_main(int argc, char **argv);
+int statistics_main(int argc, char **argv);
 int maps_main(int argc, char **argv);
 int btf_main(int argc, char **argv);

@@ -17,6 +17,7 @@ static const verb verbs[] = {
     { "merge", merge_main, "merge windows that were laid one by one into one file" },
     { "measure", measure_main, "judge stones against their drawing" },
     { "tile", tile_main, "make a larger texture, or one that repeats without a seam, from a small one" },
+    { "statistics", statistics_main, "make another texture with the statistics of one, from noise" },
     { "field", field_main, "write the distance field of a drawing" },
     { "solid", solid_main, "make a volume of stone from a flat sample" },
     { "maps", maps_main, "maps and models of a pavement, for renderers" },
@@ -30,7 +31,7 @@ static void print_help(FILE *to)
 {
     fputs("usage: pave VERB ...\n\n", to);
     for (int i = 0; i < VERBS; i++)
-        fprintf(to, "  pave %-7s %s\n", verbs[i].name, verbs[i].summary);
+        fprintf(to, "  pave %-10s %s\n", verbs[i].name, verbs[i].summary);
     fputs("\n  pave VERB --help    the verb's options\n"
           "  pave --version      the version\n\n"
           "example: pave lay drawing.png -o stones.svg\n\n"

@@ -1,6 +1,7 @@
 /* The whole job in one call, and the register of parameter tables: the two things that know every stage. */
 #include "base/params.h"
 #include "btf/enlarge.h"
+#include "btf/exemplar.h"
 #include "btf/model.h"
 #include "cvd/cvd.h"
 #include "field/field.h"
@@ -42,6 +43,8 @@ static const pv_table *find_table(int32_t table)
     case PAVE_PARAMS_MOSAIC: return &pv_mosaic_table;
     case PAVE_PARAMS_TILING: return &pv_tiling_table;
     case PAVE_PARAMS_SOLID: return &pv_solid_table;
+    case PAVE_PARAMS_STATISTICS: return &pv_statistics_table;
+    case PAVE_PARAMS_STATISTICS_SYNTHESIS: return &pv_statistics_synthesis_table;
     case PAVE_PARAMS_BTF_SYNTHESIS: return &pv_btf_synthesis_table;
     case PAVE_PARAMS_BTF_COMPRESS: return &pv_btf_compress_table;
     case PAVE_PARAMS_BTF_VIEW: return &pv_btf_view_table;

@@ -8,6 +8,7 @@
 #include <pave/stones.h>
 #include <pave/tiling.h>
 #include <pave/solid.h>
+#include <pave/statistics.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -54,6 +55,12 @@ PAVE_API pave_result pave_stones_measures_write(pave_context *context, const pav
  * where each lies and the colours of its edges. The path "-" is standard output. */
 PAVE_API pave_result pave_tiling_write(pave_context *context, const pave_tiling *tiling,
                                        const pave_tiling_measure *measure, const char *path);
+
+/* Writes how near a texture's statistics came to those wanted, as JSON: the report, and how they were measured and, if
+ * `params` is not NULL, how the texture was made. The path "-" is standard output. */
+PAVE_API pave_result pave_statistics_write(pave_context *context, const pave_statistics *wanted,
+                                           const pave_statistics_synthesis_params *params,
+                                           const pave_statistics_report *report, const char *path);
 
 /* The format that pave_stones_write would choose for a path; NULL if there is none. Never fails. Any thread. */
 PAVE_API const char *pave_stones_format(const char *path);

@@ -20,6 +20,8 @@ enum {
     PAVE_PARAMS_STREAM = 7,    /* pave_stream_params */
     PAVE_PARAMS_TILING = 12,   /* pave_tiling_params */
     PAVE_PARAMS_SOLID = 13,    /* pave_solid_params */
+    PAVE_PARAMS_STATISTICS = 14,   /* pave_statistics_params */
+    PAVE_PARAMS_STATISTICS_SYNTHESIS = 15, /* pave_statistics_synthesis_params */
     PAVE_PARAMS_BTF_SYNTHESIS = 20, /* pave_btf_synthesis_params */
     PAVE_PARAMS_BTF_COMPRESS = 21,  /* pave_btf_compress_params */
     PAVE_PARAMS_BTF_VIEW = 22,      /* pave_btf_view_params */

@@ -13,6 +13,7 @@
 #include <pave/tiling.h>
 #include <pave/solid.h>
 #include <pave/btf.h>
+#include <pave/statistics.h>
 #include <pave/maps.h>
 #include <pave/io.h>
 

@@ -1,6 +1,6 @@
 /* Autocorrelations imposed on planes by filters.
- * Source: Portilla and Simoncelli 2000, appendix A.6: the filter's autocorrelation solves a linear system; its spectrum's
- * root is the filter without a phase. */
+ * Source: Portilla and Simoncelli 2000, appendix: the filter's autocorrelation solves a linear system; the root of
+ * its spectrum is the filter without a phase. */
 #include "btf/texture.h"
 
 #include <math.h>

@@ -7,7 +7,7 @@
 static void encode_yuv(float least, const float *rgb, int64_t count, float *out)
 {
     for (int64_t i = 0; i < count; i++, rgb += 3, out += 3) {
-        float r = fmaxf(rgb[0], 0), g = fmaxf(rgb[1], 0), b = fmaxf(rgb[2], 0);
+        float r = rgb[0] > 0 ? rgb[0] : 0, g = rgb[1] > 0 ? rgb[1] : 0, b = rgb[2] > 0 ? rgb[2] : 0;
         float y = 0.299f * r + 0.587f * g + 0.114f * b + least;
         out[0] = logf(y);
         out[1] = (-0.14713f * r - 0.28886f * g + 0.436f * b) / y;

@@ -1,6 +1,7 @@
 /* Covariances imposed on planes by mixing them, as little as possible.
- * Source: Portilla and Simoncelli 2000, appendix A.5; of all mixtures with the covariance wanted the nearest is taken,
- * which is a symmetric matrix: C^-1/2 (C^1/2 D C^1/2)^1/2 C^-1/2 from C to D (Olkin and Pukelsheim 1982). */
+ * Source: Portilla and Simoncelli 2000, appendix; of all mixtures with the covariance wanted the nearest is taken,
+ * which is a symmetric matrix: C^-1/2 (C^1/2 D C^1/2)^1/2 C^-1/2 from C to D (Olkin and Pukelsheim 1982). Planes are
+ * held against their own deviations, for some may be a thousand times as strong as others. */
 #include "btf/texture.h"
 
 #include "base/parallel.h"
@@ -8,7 +9,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { SWEEPS = 40, BLOCK = 256, MATRICES = 13 };
+enum { SWEEPS = 40, BLOCK = 256, MATRICES = 17 };
 
 /* Turns rows and columns p and q so that their entry vanishes. */
 static void turn(int32_t n, double *a, double *v, int32_t p, int32_t q)
@@ -148,6 +149,20 @@ static void unexplained(int32_t n, int32_t m, const double *a, const double *x, 
         out[i] = a[i] - out[i];
 }
 
+static void deviations(int32_t n, const double *covariance, double *out)
+{
+    for (int32_t i = 0; i < n; i++)
+        out[i] = covariance[i * (n + 1)] > 0 ? sqrt(covariance[i * (n + 1)]) : 1;
+}
+
+/* A covariance over deviations; or, with `back`, what turns such planes as what turns the planes themselves. */
+static void rescale(int32_t n, int32_t m, const double *rows, const double *columns, double *matrix, int back)
+{
+    for (int32_t i = 0; i < n; i++)
+        for (int32_t j = 0; j < m; j++)
+            matrix[i * m + j] *= back ? rows[i] / columns[j] : 1 / (rows[i] * columns[j]);
+}
+
 /* The nearest mixture from one covariance to another. */
 static void find_mixture(int32_t n, const double *from, const double *to, double *out, double *room)
 {
@@ -173,23 +188,36 @@ pave_result pv_impose_covariance(pave_context *context, int32_t count, float *co
         return result;
     double *is = room, *is_with = is + square, *of_fixed = is_with + square, *inverse = of_fixed + square;
     double *from = inverse + square, *to = from + square, *mix = to + square, *add = mix + square;
-    double *rest = add + square; /* five more */
+    double *be = add + square, *be_with = be + square, *own = be_with + square, *theirs = own + side;
+    double *rest = own + square + side; /* five more */
     products p = { n, m, planes, fixed, size, is, is_with, of_fixed };
     result = pv_parallel(context, n + m, product_row, &p, 0, 0);
     mirror(n, is);
     mirror(m, of_fixed);
+    deviations(n, is, own);
+    deviations(m, of_fixed, theirs);
+    memcpy(be, among ? among : is, (size_t)(n * n) * sizeof *be);
+    if (m)
+        memcpy(be_with, with, (size_t)(n * m) * sizeof *be_with);
+    rescale(n, n, own, own, is, 0);
+    rescale(n, n, own, own, be, 0);
+    rescale(m, m, theirs, theirs, of_fixed, 0);
+    rescale(n, m, own, theirs, is_with, 0);
+    rescale(n, m, own, theirs, be_with, 0);
     raise(m, of_fixed, -1, inverse, rest);
     for (int32_t i = 0; i < n * n; i++)
         mix[i] = i % (n + 1) == 0;
     if (among) {
         unexplained(n, m, is, is_with, inverse, from, rest);
-        unexplained(n, m, among, with, inverse, to, rest);
+        unexplained(n, m, be, be_with, inverse, to, rest);
         find_mixture(n, from, to, mix, rest);
     }
     multiply(n, n, m, mix, is_with, 0, rest);
     for (int32_t i = 0; i < n * m; i++)
-        rest[i] = with[i] - rest[i];
+        rest[i] = be_with[i] - rest[i];
     multiply(n, m, m, rest, inverse, 0, add);
+    rescale(n, n, own, own, mix, 1);
+    rescale(n, m, own, theirs, add, 1);
     mixing mixed = { n, m, planes, fixed, size, mix, add };
     if (!result)
         result = pv_parallel_runs(context, (int32_t)((size + BLOCK - 1) / BLOCK), 8, mix_run, &mixed, 0, 0);

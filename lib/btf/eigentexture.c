@@ -15,22 +15,30 @@ pave_result pv_texels_new(pave_context *context, int32_t width, int32_t height, 
     return result;
 }
 
-/* Grey light is added until luminance, or a channel that stands for itself, is not below the least. */
-void pv_enlarge_encode(const pv_enlarge *e, const float *samples, int64_t count, float *out)
+static float at_least(float value, float least)
 {
-    int32_t channels = e->sample->channels;
-    float least = (float)e->params->epsilon, lifted[PV_BTF_CHANNELS];
-    for (int64_t i = 0; i < count; i++, samples += channels, out += channels) {
-        for (int32_t c = 0; c < channels; c++)
-            lifted[c] = fmaxf(samples[c], e->out->colour == PV_COLOUR_LOG ? least : 0);
-        if (e->out->colour == PV_COLOUR_LOG_YUV) {
-            float more = fmaxf(least - (0.299f * lifted[0] + 0.587f * lifted[1] + 0.114f * lifted[2]), 0);
-            for (int32_t c = 0; c < 3; c++)
-                lifted[c] += more;
-        }
-        pv_colour_encode(e->out->colour, PV_LEAST_LIGHT, channels,
-                         e->out->colour == PV_COLOUR_RGB ? samples : lifted, 1, out);
+    return value > least ? value : least;
+}
+
+/* Grey light is added until luminance, or a channel that stands for itself, is not below the least. */
+static void lift(int32_t colour, float least, int64_t count, float *samples, int32_t channels)
+{
+    if (colour == PV_COLOUR_LOG)
+        for (int64_t i = 0; i < count * channels; i++)
+            samples[i] = at_least(samples[i], least);
+    for (int64_t i = 0; i < 3 * count && colour == PV_COLOUR_LOG_YUV; i += 3) {
+        float r = at_least(samples[i], 0), g = at_least(samples[i + 1], 0), b = at_least(samples[i + 2], 0);
+        float more = at_least(least - (0.299f * r + 0.587f * g + 0.114f * b), 0);
+        samples[i] = r + more;
+        samples[i + 1] = g + more;
+        samples[i + 2] = b + more;
     }
+}
+
+void pv_enlarge_encode(const pv_enlarge *e, float *samples, int64_t count, float *out)
+{
+    lift(e->out->colour, (float)e->params->epsilon, count, samples, e->sample->channels);
+    pv_colour_encode(e->out->colour, PV_LEAST_LIGHT, e->sample->channels, samples, count, out);
 }
 
 typedef struct reading {
@@ -45,11 +53,12 @@ static int read_texel(void *user, int64_t texel, int32_t worker, float *const *o
     int64_t length = pv_btf_length(sample), pairs = length / sample->channels;
     float *samples = r->room + worker * 2 * length, *values = samples + length;
     pave_btf_abrdf(sample, (int32_t)(texel % sample->width), (int32_t)(texel / sample->width), samples);
+    int fine = pv_all_finite(samples, length);
     pv_enlarge_encode(r->e, samples, pairs, values);
     for (int32_t c = 0; c < r->e->planes; c++)
         for (int64_t p = 0; p < pairs; p++)
             out[c][p] = values[p * r->e->planes + c];
-    return pv_all_finite(samples, length);
+    return fine;
 }
 
 static pave_result refuse_texel(pave_context *context, void *user, int64_t texel)

@@ -49,9 +49,9 @@ typedef struct pv_enlarge {
 
 pave_result pv_texels_new(pave_context *context, int32_t width, int32_t height, int32_t channels, pv_texels *out);
 
-/* Values of what is factored: samples darker than epsilon are lifted to it first, so that no shadow weighs more than
- * what is lit, and no ratio of colours blows up. */
-void pv_enlarge_encode(const pv_enlarge *e, const float *samples, int64_t count, float *out);
+/* Values of what is factored: samples darker than epsilon are lifted to it first, in place, so that no shadow weighs
+ * more than what is lit, and no ratio of colours blows up. */
+void pv_enlarge_encode(const pv_enlarge *e, float *samples, int64_t count, float *out);
 
 /* The sample's eigen-ABRDFs and coefficients (Eqs. 8, 9). */
 pave_result pv_enlarge_factor(pv_enlarge *e);

@@ -1,5 +1,5 @@
 /* One round: all statistics of a channel imposed in turn, from the coarsest scale to the pixels.
- * Source: Portilla and Simoncelli 2000, section 4 and Fig. 9. */
+ * Source: Portilla and Simoncelli 2000, the synthesis procedure. */
 #include "btf/texture.h"
 
 #include <math.h>
@@ -8,6 +8,28 @@
 static size_t size_of(const pv_texture *t, int32_t scale)
 {
     return pv_level_size(&t->steerable, scale);
+}
+
+/* A band's magnitudes with those of the other channels. */
+static pave_result impose_others(pv_texture *t, const pv_statistics *wanted, int32_t channel, int32_t s, int32_t k)
+{
+    int32_t pairs = wanted->channels * (wanted->channels - 1) / 2, others = 0;
+    const double *of = pv_statistics_at(wanted, PV_CHANNEL_MAGNITUDES, 0, s);
+    pave_result result = PAVE_OK;
+    if (!of || !t->company)
+        return PAVE_OK;
+    float **fixed = pv_allocate(t->context, (size_t)wanted->channels, sizeof *fixed, &result);
+    double *with = result ? NULL : pv_allocate(t->context, (size_t)wanted->channels, sizeof *with, &result);
+    for (int32_t c = 0; c < wanted->channels && !result; c++)
+        if (c != channel && t->company->known[c]) {
+            with[others] = of[k * pairs + pv_pair(channel, c)];
+            fixed[others++] = pv_company_magnitude(t, c, s, k);
+        }
+    if (!result && others)
+        result = pv_impose_covariance(t->context, 1, &t->magnitude[s][k], others, fixed, size_of(t, s), NULL, with);
+    pv_release(fixed);
+    pv_release(with);
+    return result;
 }
 
 /* Magnitudes of a scale: among each other and with the coarser ones, then each by itself. */
@@ -23,6 +45,8 @@ static pave_result impose_magnitudes(pv_texture *t, const pv_statistics *wanted,
             among[k * n + j] = among[j * n + k] = j == k ? correlation[k * lags] : pairs[k * (k - 1) / 2 + j];
     pave_result result = pv_impose_covariance(t->context, n, t->magnitude[s], with ? n : 0, t->parent_magnitude[s],
                                               size_of(t, s), among, with);
+    for (int32_t k = 0; k < n && !result; k++)
+        result = impose_others(t, wanted, channel, s, k);
     for (int32_t k = 0; k < n && !result; k++)
         result = pv_impose_autocorrelation(t, s, reach, correlation + k * lags, t->magnitude[s][k]);
     return result;
@@ -53,10 +77,9 @@ static pave_result impose_phases(pv_texture *t, const pv_statistics *wanted, int
         planes[k] = room + (size_t)k * size;
         fixed[k] = room + (size_t)(n + k) * size, fixed[n + k] = room + (size_t)(2 * n + k) * size;
         for (size_t i = 0; i < size; i++) {
-            float r = t->parent[s][k][i].r, j = t->parent[s][k][i].i, length = sqrtf(r * r + j * j);
             planes[k][i] = t->pyramid.band[s][k][i].r;
-            fixed[k][i] = length > 0 ? (r * r - j * j) / length : 0;
-            fixed[n + k][i] = length > 0 ? 2 * r * j / length : 0;
+            fixed[k][i] = t->doubled[s][k][i].r;
+            fixed[n + k][i] = t->doubled[s][k][i].i;
         }
     }
     if (!result)
@@ -75,11 +98,8 @@ static pave_result impose_low(pv_texture *t, const pv_statistics *wanted, int32_
     size_t size = size_of(t, s);
     pv_complex *low = t->pyramid.low[s];
     const double *shape = pv_statistics_at(wanted, PV_LOW_SHAPE, channel, s);
-    double sum = 0;
     for (size_t i = 0; i < size; i++)
-        sum += low[i].r;
-    for (size_t i = 0; i < size; i++)
-        t->low[s][i] = low[i].r - (float)(sum / (double)size);
+        t->low[s][i] = low[i].r;
     pave_result result = pv_impose_autocorrelation(t, s, wanted->reach[s],
                                                    pv_statistics_at(wanted, PV_LOW_CORRELATION, channel, s), t->low[s]);
     pv_move_moment(t->low[s], size, 3, shape[0]);
@@ -151,7 +171,8 @@ pave_result pv_texture_impose(pv_texture *texture, const pv_statistics *wanted, 
 {
     pv_texture *t = texture;
     int32_t last = t->steerable.scales;
-    pave_result result = pv_steerable_analyse(t->context, &t->steerable, plane, &t->pyramid);
+    double mean = pv_mean(plane, size_of(t, 0));
+    pave_result result = pv_steerable_analyse(t->context, &t->steerable, plane, mean, &t->pyramid);
     if (!result)
         result = impose_low(t, wanted, channel, last);
     for (int32_t s = last - 1; s >= 0 && !result; s--)

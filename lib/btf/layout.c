@@ -2,7 +2,7 @@
 #include "btf/texture.h"
 
 #include <math.h>
-#include <string.h>
+#include <stdlib.h>
 
 enum { LEAST_SIDE = 4 };
 
@@ -59,6 +59,9 @@ static pave_result check(pave_context *context, int32_t width, int32_t height, i
                        "statistics are of 1 to %d scales, 2 to %d orientations and an odd neighbourhood of 3 to %d, "
                        "not of %d, %d and %d", PV_MOST_SCALES, PV_MOST_ORIENTATIONS, 2 * PV_MOST_REACH + 1,
                        (int)settings->scales, (int)settings->orientations, (int)settings->neighbourhood);
+    if ((int64_t)width * height > PV_MOST_TEXTURE)
+        return pv_fail(context, PAVE_ERR_LIMIT, "a texture of %d x %d px is too large for statistics", (int)width,
+                       (int)height);
     if (!scales)
         return pv_fail(context, PAVE_ERR_ARGUMENT, "a texture of %d x %d px is too small for statistics: each side "
                        "must have %d px", (int)width, (int)height, 2 * LEAST_SIDE);
@@ -69,17 +72,14 @@ static pave_result check(pave_context *context, int32_t width, int32_t height, i
     return PAVE_OK;
 }
 
-pave_result pv_statistics_create(pave_context *context, int32_t width, int32_t height, int32_t channels,
-                                 const pv_statistics_settings *settings, pv_statistics **out)
+static pave_result make(pave_context *context, const pv_statistics *like, pv_statistics **out)
 {
-    pave_result result = check(context, width, height, channels, settings);
-    pv_statistics *s = result ? NULL : pv_allocate_zeroed(context, 1, sizeof *s, &result);
+    pave_result result = PAVE_OK;
+    pv_statistics *s = pv_allocate(context, 1, sizeof *s, &result);
     if (result)
         return result;
-    s->settings = *settings;
-    s->channels = channels;
-    for (int32_t level = 0; level <= settings->scales; level++)
-        s->reach[level] = lesser(settings->neighbourhood / 2, (lesser(width, height) >> level) / 2 - 1);
+    *s = *like;
+    s->stretches = NULL, s->values = NULL;
     lay_out(s, NULL);
     s->stretches = pv_allocate(context, (size_t)s->stretch_count, sizeof *s->stretches, &result);
     s->values = result ? NULL : pv_allocate_zeroed(context, (size_t)s->count, sizeof *s->values, &result);
@@ -90,6 +90,21 @@ pave_result pv_statistics_create(pave_context *context, int32_t width, int32_t h
     lay_out(s, s->stretches);
     *out = s;
     return PAVE_OK;
+}
+
+pave_result pv_statistics_create(pave_context *context, int32_t width, int32_t height, int32_t channels,
+                                 const pv_statistics_settings *settings, pv_statistics **out)
+{
+    pave_result result = check(context, width, height, channels, settings);
+    pv_statistics s = { .settings = *settings, .channels = channels };
+    for (int32_t level = 0; level <= settings->scales && !result; level++)
+        s.reach[level] = lesser(settings->neighbourhood / 2, (lesser(width, height) >> level) / 2 - 1);
+    return result ? result : make(context, &s, out);
+}
+
+pave_result pv_statistics_create_like(pave_context *context, const pv_statistics *like, pv_statistics **out)
+{
+    return make(context, like, out);
 }
 
 void pv_statistics_free(pv_statistics *statistics)
@@ -111,6 +126,15 @@ double *pv_statistics_at(const pv_statistics *statistics, int32_t group, int32_t
     return NULL;
 }
 
+/* Of a channel's pixels, or of the magnitudes of one of its bands. */
+static double channel_variance(const pv_statistics *s, const pv_stretch *stretch, int32_t channel, int32_t k)
+{
+    int32_t scale = stretch->scale, lags = pv_lags(s->reach[scale]);
+    double deviation = pv_statistics_at(s, PV_PIXELS, channel, 0)[1];
+    return stretch->group == PV_CHANNELS ? deviation * deviation
+                                         : pv_statistics_at(s, PV_MAGNITUDE_CORRELATION, channel, scale)[k * lags];
+}
+
 /* The variance of the pixels of a stretch's channel; of what is between channels, that of all. */
 static double variance_of(const pv_statistics *s, const pv_stretch *stretch)
 {
@@ -123,6 +147,18 @@ static double variance_of(const pv_statistics *s, const pv_stretch *stretch)
     return sum;
 }
 
+/* What lies between two channels is held against both: where they are without any relation, too. */
+static double norm_between(const pv_statistics *s, const pv_stretch *stretch)
+{
+    double sum = 0;
+    int32_t orientations = stretch->group == PV_CHANNELS ? 1 : s->settings.orientations;
+    for (int32_t k = 0; k < orientations; k++)
+        for (int32_t a = 1; a < s->channels; a++)
+            for (int32_t b = 0; b < a; b++)
+                sum += channel_variance(s, stretch, a, k) * channel_variance(s, stretch, b, k);
+    return sqrt(sum);
+}
+
 /* Sums of squares, of pixels without what the mean adds to least and greatest. Where nothing is, nothing may come: what
  * is below the rounding of floats beside the whole counts as much as that. */
 double pv_statistics_norm(const pv_statistics *wanted, const pv_stretch *stretch)
@@ -130,6 +166,8 @@ double pv_statistics_norm(const pv_statistics *wanted, const pv_stretch *stretch
     const double *v = wanted->values + stretch->first;
     double sum = 0, variance = variance_of(wanted, stretch), least;
     int32_t group = stretch->group;
+    if (group >= PV_CHANNELS)
+        return fmax(norm_between(wanted, stretch), fmax(1e-6 * variance, 1e-30));
     for (int32_t i = 0; i < stretch->count; i++) {
         double value = group != PV_PIXELS ? v[i] : i == 0 ? 0 : i == 1 ? v[1] : v[i] - v[0];
         sum += value * value;
@@ -140,6 +178,17 @@ double pv_statistics_norm(const pv_statistics *wanted, const pv_stretch *stretch
     return fmax(fmax(sqrt(sum), least), 1e-30);
 }
 
+/* Where a number of a stretch is among those of another measurement, whose lags may not go so far: NULL. */
+static const double *counterpart(const pv_statistics *of, const pv_statistics *in, const pv_stretch *s, int32_t k)
+{
+    const double *values = pv_statistics_at(in, s->group, s->channel, s->scale);
+    int32_t own = of->reach[s->scale], other = in->reach[s->scale], x, y;
+    if ((s->group != PV_LOW_CORRELATION && s->group != PV_MAGNITUDE_CORRELATION) || own == other)
+        return values + k;
+    pv_lag(own, k % pv_lags(own), &x, &y);
+    return abs(x) > other || y > other ? NULL : values + k / pv_lags(own) * pv_lags(other) + y * (2 * other + 1) + x;
+}
+
 double pv_statistics_group(const pv_statistics *wanted, const pv_statistics *is, int32_t group)
 {
     double sum = 0;
@@ -147,23 +196,27 @@ double pv_statistics_group(const pv_statistics *wanted, const pv_statistics *is,
     for (int32_t i = 0; i < wanted->stretch_count; i++) {
         const pv_stretch *s = &wanted->stretches[i];
         double norm = s->group == group ? pv_statistics_norm(wanted, s) : 0;
-        for (int32_t k = s->first; k < s->first + s->count && norm > 0; k++)
-            sum += (is->values[k] - wanted->values[k]) * (is->values[k] - wanted->values[k]) / norm / norm;
+        for (int32_t k = 0; k < s->count && norm > 0; k++) {
+            const double *other = counterpart(wanted, is, s, k);
+            double off = other ? (*other - wanted->values[s->first + k]) / norm : 0;
+            sum += off * off;
+        }
         stretches += norm > 0;
     }
     return stretches ? sqrt(sum / stretches) : -1;
 }
 
-static int same_layout(const pv_statistics *a, const pv_statistics *b)
+static int comparable(const pv_statistics *a, const pv_statistics *b)
 {
-    return a->count == b->count && a->channels == b->channels && !memcmp(a->reach, b->reach, sizeof a->reach) &&
-           !memcmp(&a->settings, &b->settings, sizeof a->settings);
+    const pv_statistics_settings *s = &a->settings, *t = &b->settings;
+    return a->channels == b->channels && s->scales == t->scales && s->orientations == t->orientations &&
+           s->cross == t->cross;
 }
 
 double pv_statistics_distance(const pv_statistics *a, const pv_statistics *b)
 {
     double worst = 0;
-    for (int32_t group = 0; group < PV_GROUPS && same_layout(a, b); group++)
+    for (int32_t group = 0; group < PV_GROUPS && comparable(a, b); group++)
         worst = fmax(worst, pv_statistics_group(a, b, group));
-    return same_layout(a, b) ? worst : INFINITY;
+    return comparable(a, b) ? worst : INFINITY;
 }

@@ -1,21 +1,27 @@
 /* Moments of a plane: measured, and moved along their gradients to what is wanted.
- * Source: Portilla and Simoncelli 2000, appendix A.1 to A.4. */
+ * Source: Portilla and Simoncelli 2000, appendix. */
 #include "btf/texture.h"
 
 #include <math.h>
 
 enum { MOST_ORDER = 4, HALVINGS = 60 };
 
+double pv_mean(const float *plane, size_t count)
+{
+    double sum = 0;
+    for (size_t i = 0; i < count; i++)
+        sum += plane[i];
+    return sum / (double)count;
+}
+
 pv_moments pv_moments_of(const float *plane, size_t count)
 {
-    pv_moments m = { 0, 0, 0, 3, plane[0], plane[0] };
+    pv_moments m = { pv_mean(plane, count), 0, 0, 3, plane[0], plane[0] };
     double second = 0, third = 0, fourth = 0;
     for (size_t i = 0; i < count; i++) {
-        m.mean += plane[i];
         m.least = fmin(m.least, plane[i]);
         m.greatest = fmax(m.greatest, plane[i]);
     }
-    m.mean /= (double)count;
     for (size_t i = 0; i < count; i++) {
         double d = plane[i] - m.mean, square = d * d;
         second += square;
@@ -30,6 +36,12 @@ pv_moments pv_moments_of(const float *plane, size_t count)
     return m;
 }
 
+void pv_shape_of(const float *plane, size_t count, double shape[2])
+{
+    pv_moments m = pv_moments_of(plane, count);
+    shape[0] = m.skewness, shape[1] = m.kurtosis;
+}
+
 /* Means of x^i g^j for i + j = order, by j. */
 typedef struct mixed { double of[MOST_ORDER + 1], gradient; } mixed;
 
@@ -39,6 +51,39 @@ static inline double gradient_at(double x, int order, const pv_moments *m)
     double deviation = sqrt(m->variance);
     return order == 3 ? x * x - m->variance - m->skewness * deviation * x
                       : x * x * x - m->kurtosis * m->variance * x - m->skewness * deviation * m->variance;
+}
+
+void pv_shape_gradient(const float *plane, size_t count, const double weights[2], float *out)
+{
+    pv_moments m = pv_moments_of(plane, count);
+    double third = m.variance > 0 ? weights[0] * 3 / pow(m.variance, 1.5) : 0;
+    double fourth = m.variance > 0 ? weights[1] * 4 / (m.variance * m.variance) : 0;
+    for (size_t i = 0; i < count; i++) {
+        double x = plane[i] - m.mean;
+        out[i] += (float)(third * gradient_at(x, 3, &m) + fourth * gradient_at(x, 4, &m));
+    }
+}
+
+void pv_shape_change(const float *plane, const float *direction, size_t count, double change[2])
+{
+    pv_moments m = pv_moments_of(plane, count);
+    change[0] = change[1] = 0;
+    for (size_t i = 0; i < count && m.variance > 0; i++) {
+        double x = plane[i] - m.mean;
+        change[0] += gradient_at(x, 3, &m) * direction[i];
+        change[1] += gradient_at(x, 4, &m) * direction[i];
+    }
+    change[0] *= m.variance > 0 ? 3 / pow(m.variance, 1.5) / (double)count : 0;
+    change[1] *= m.variance > 0 ? 4 / (m.variance * m.variance) / (double)count : 0;
+}
+
+double pv_deviation_change(const float *plane, const float *direction, size_t count)
+{
+    pv_moments m = pv_moments_of(plane, count);
+    double sum = 0;
+    for (size_t i = 0; i < count; i++)
+        sum += (plane[i] - m.mean) * direction[i];
+    return m.variance > 0 ? sum / (double)count / sqrt(m.variance) : 0;
 }
 
 static mixed mix(const float *plane, size_t count, int order, const pv_moments *m)
@@ -106,9 +151,12 @@ void pv_move_moment(float *plane, size_t count, int order, double wanted)
 }
 
 /* The pixels at the ends become the ends, for what is only cut off may be too narrow. */
-static void impose_range(float *plane, size_t count, double least, double greatest)
+void pv_impose_range(float *plane, size_t count, double mean, double least, double greatest)
 {
     size_t low = 0, high = 0;
+    float shift = (float)(mean - pv_mean(plane, count));
+    for (size_t i = 0; i < count; i++)
+        plane[i] += shift;
     for (size_t i = 1; i < count; i++) {
         low = plane[i] < plane[low] ? i : low;
         high = plane[i] > plane[high] ? i : high;
@@ -128,5 +176,5 @@ void pv_impose_marginal(float *plane, size_t count, const double pixels[4], cons
         pv_move_moment(plane, count, 3, shape[0]);
         pv_move_moment(plane, count, 4, shape[1]);
     }
-    impose_range(plane, count, pixels[2], pixels[3]);
+    pv_impose_range(plane, count, pixels[0], pixels[2], pixels[3]);
 }

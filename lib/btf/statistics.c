@@ -7,6 +7,10 @@
 #include <math.h>
 #include <string.h>
 
+enum { FEW = 10 }; /* rounds, which are all of the paper's kind */
+
+static const double NEAR_ENOUGH = 0.005;
+
 /* Planes of a size that divides into scales, which repeat. */
 typedef struct torus {
     int32_t width, height, channels;
@@ -26,8 +30,8 @@ static float *plane_of(const torus *t, int32_t channel)
     return t->planes + (int64_t)channel * t->width * t->height;
 }
 
-static pave_result check_finite(pave_context *context, int32_t width, int32_t height, int32_t channels,
-                                const float *planes)
+pave_result pv_check_finite(pave_context *context, int32_t width, int32_t height, int32_t channels,
+                            const float *planes)
 {
     int64_t n = (int64_t)width * height;
     for (int64_t i = 0; i < n * channels; i++)
@@ -58,50 +62,94 @@ static pave_result cut_torus(pave_context *context, int32_t width, int32_t heigh
     return result;
 }
 
-/* Covariances of pixels, each pair of channels once. */
-static void measure_channels(const torus *t, pv_statistics *into)
-{
-    double *pairs = pv_statistics_at(into, PV_CHANNELS, 0, 0);
-    for (int32_t a = 1; a < t->channels && pairs; a++)
-        for (int32_t b = 0; b < a; b++) {
-            double means = pv_statistics_at(into, PV_PIXELS, a, 0)[0] * pv_statistics_at(into, PV_PIXELS, b, 0)[0];
-            *pairs++ = pv_mean_product(plane_of(t, a), plane_of(t, b), t->width, t->height, 0, 0) - means;
-        }
-}
-
 static pave_result measure_torus(pave_context *context, const torus *t, pv_statistics *into)
 {
     pv_texture texture;
+    pv_company company = { 0 };
     pave_result result = pv_texture_create(context, into, t->width, t->height, &texture);
+    if (!result && into->settings.cross)
+        result = pv_company_create(context, into, t->width, t->height, t->planes, texture.company = &company);
     for (int32_t c = 0; c < t->channels && !result; c++) {
         result = pv_texture_analyse(&texture, plane_of(t, c));
         if (!result)
             result = pv_texture_gather(&texture, plane_of(t, c), c, into);
+        if (!result)
+            pv_company_keep(&texture, c);
     }
-    if (!result)
-        measure_channels(t, into);
+    pv_company_free(&company);
     pv_texture_free(&texture);
+    return result;
+}
+
+static pave_result check_target(pave_context *context, const pv_statistics *wanted, int32_t width, int32_t height)
+{
+    int32_t side = width < height ? width : height;
+    if ((int64_t)width * height > PV_MOST_TEXTURE)
+        return pv_fail(context, PAVE_ERR_LIMIT, "a texture of %d x %d px is too large for statistics", (int)width,
+                       (int)height);
+    for (int32_t s = 0; s <= wanted->settings.scales; s++)
+        if (side >> s < 2 * wanted->reach[s] + 2)
+            return pv_fail(context, PAVE_ERR_ARGUMENT, "%d x %d px are too few for statistics of %d scales with a "
+                           "neighbourhood of %d", (int)width, (int)height, (int)wanted->settings.scales,
+                           (int)wanted->settings.neighbourhood);
+    return PAVE_OK;
+}
+
+/* The range is that of the planes as they were given. */
+static void measure_ranges(int32_t width, int32_t height, const float *planes, pv_statistics *into)
+{
+    int64_t n = (int64_t)width * height;
+    for (int32_t c = 0; c < into->channels; c++) {
+        double *pixels = pv_statistics_at(into, PV_PIXELS, c, 0);
+        pv_moments m = pv_moments_of(planes + c * n, (size_t)n);
+        pixels[2] = m.least, pixels[3] = m.greatest;
+    }
+}
+
+static pave_result measure_into(pave_context *context, int32_t width, int32_t height, const float *planes,
+                                pv_statistics *into)
+{
+    torus t = { 0 };
+    pave_result result = pv_check_finite(context, width, height, into->channels, planes);
+    if (!result)
+        result = cut_torus(context, width, height, into->channels, planes, into->settings.scales, &t);
+    if (!result)
+        result = measure_torus(context, &t, into);
+    if (!result)
+        measure_ranges(width, height, planes, into);
+    pv_release(t.planes);
+    return result;
+}
+
+static pave_result hand_over(pave_result result, pv_statistics *s, pv_statistics **out)
+{
+    if (result)
+        pv_statistics_free(s);
+    else
+        *out = s;
     return result;
 }
 
 pave_result pv_statistics_measure(pave_context *context, int32_t width, int32_t height, int32_t channels,
                                   const float *planes, const pv_statistics_settings *settings, pv_statistics **out)
 {
-    torus t = { 0 };
     pv_statistics *s = NULL;
     pave_result result = pv_statistics_create(context, width, height, channels, settings, &s);
     if (!result)
-        result = check_finite(context, width, height, channels, planes);
+        result = measure_into(context, width, height, planes, s);
+    return hand_over(result, s, out);
+}
+
+pave_result pv_statistics_measure_like(pave_context *context, const pv_statistics *like, int32_t width, int32_t height,
+                                       const float *planes, pv_statistics **out)
+{
+    pv_statistics *s = NULL;
+    pave_result result = check_target(context, like, width, height);
     if (!result)
-        result = cut_torus(context, width, height, channels, planes, settings->scales, &t);
+        result = pv_statistics_create_like(context, like, &s);
     if (!result)
-        result = measure_torus(context, &t, s);
-    pv_release(t.planes);
-    if (result)
-        pv_statistics_free(s);
-    else
-        *out = s;
-    return result;
+        result = measure_into(context, width, height, planes, s);
+    return hand_over(result, s, out);
 }
 
 /* The plane within a torus that is larger where its size does not divide: its borders are reflected. */
@@ -114,7 +162,7 @@ static void reflect(const float *plane, int32_t width, int32_t height, const tor
         }
 }
 
-/* All channels of a torus nearer to the covariance of their pixels. */
+/* All channels of a torus to the covariance of their pixels. */
 static pave_result impose_channels(pave_context *context, const pv_statistics *wanted, const torus *t)
 {
     size_t n = (size_t)t->width * (size_t)t->height, channels = (size_t)t->channels;
@@ -130,7 +178,7 @@ static pave_result impose_channels(pave_context *context, const pv_statistics *w
         among[a * t->channels + a] = pixels[1] * pixels[1];
         for (int32_t b = 0; b < a; b++)
             among[a * t->channels + b] = among[b * t->channels + a] = pairs[a * (a - 1) / 2 + b];
-        double mean = pv_moments_of(planes[a], n).mean;
+        double mean = pv_mean(planes[a], n);
         for (size_t i = 0; i < n; i++)
             planes[a][i] -= (float)mean;
     }
@@ -146,63 +194,117 @@ static pave_result impose_channels(pave_context *context, const pv_statistics *w
     return result;
 }
 
-static pave_result impose_torus(pave_context *context, const pv_statistics *wanted, const torus *t, int32_t iterations,
-                                double from, double to)
+/* What a run holds: a channel taken apart, room for changes of it, and what is between channels. */
+typedef struct run {
+    const pv_statistics *wanted;
+    torus *torus;
+    pv_texture texture, change;
+    pv_company company;
+    pv_statistics *is; /* NULL: nobody asks, and no step is joint */
+    int32_t steps;     /* conjugate gradients of the next joint step */
+    int32_t in_turn, rounds;
+} run;
+
+static pave_result open_run(pave_context *context, run *r)
 {
-    pv_texture texture;
-    pave_result result = pv_texture_create(context, wanted, t->width, t->height, &texture);
-    for (int32_t i = 0; i < iterations && !result; i++) {
-        for (int32_t c = 0; c < t->channels && !result; c++) {
-            double done = (i + (c + 1.0) / t->channels) / iterations;
-            result = pv_texture_impose(&texture, wanted, c, plane_of(t, c));
-            if (!result)
-                result = pv_progress(context, from + (to - from) * done);
-        }
-        if (!result)
-            result = impose_channels(context, wanted, t);
+    torus *t = r->torus;
+    pave_result result = pv_texture_create(context, r->wanted, t->width, t->height, &r->texture);
+    if (!result && r->in_turn < r->rounds)
+        result = pv_texture_create(context, r->wanted, t->width, t->height, &r->change);
+    if (!result && r->wanted->settings.cross) {
+        r->texture.company = r->change.company = &r->company;
+        result = pv_company_create(context, r->wanted, t->width, t->height, t->planes, &r->company);
     }
-    pv_texture_free(&texture);
     return result;
 }
 
-static pave_result check_target(pave_context *context, const pv_statistics *wanted, int32_t width, int32_t height)
+static void close_run(run *r)
 {
-    int32_t side = width < height ? width : height;
-    for (int32_t s = 0; s <= wanted->settings.scales; s++)
-        if (side >> s < 2 * wanted->reach[s] + 2)
-            return pv_fail(context, PAVE_ERR_ARGUMENT, "%d x %d px are too few for statistics of %d scales with a "
-                           "neighbourhood of %d", (int)width, (int)height, (int)wanted->settings.scales,
-                           (int)wanted->settings.neighbourhood);
-    return PAVE_OK;
+    pv_texture_free(&r->texture);
+    pv_texture_free(&r->change);
+    pv_company_free(&r->company);
+}
+
+/* A round: in turn, or jointly. */
+static pave_result impose_round(pave_context *context, run *r, int jointly, double from, double to)
+{
+    const torus *t = r->torus;
+    pave_result result = PAVE_OK;
+    for (int32_t c = 0; c < t->channels && !result; c++) {
+        float *plane = plane_of(t, c);
+        result = jointly ? pv_texture_approach(&r->texture, &r->change, r->wanted, c, plane, &r->steps, r->is)
+                         : pv_texture_impose(&r->texture, r->wanted, c, plane);
+        if (!result)
+            result = pv_progress(context, from + (to - from) * (c + 1) / t->channels);
+    }
+    return result || jointly ? result : impose_channels(context, r->wanted, t);
+}
+
+/* The paper's projections in turn come near from anywhere, joint steps arrive. */
+static pave_result impose_torus(pave_context *context, const pv_statistics *wanted, torus *t, int32_t iterations,
+                                double from, double to, pv_statistics *is)
+{
+    run r = { .wanted = wanted, .torus = t, .is = is, .steps = 8, .rounds = iterations };
+    int32_t in_turn = r.in_turn = iterations > FEW ? (2 * iterations + 4) / 5 : iterations;
+    pave_result result = open_run(context, &r);
+    for (int32_t i = 0; i < iterations && !result; i++) {
+        double share = (to - from) / iterations;
+        result = impose_round(context, &r, i >= in_turn, from + share * i, from + share * (i + 1));
+        if (i >= in_turn && !result && pv_statistics_distance(wanted, is) < NEAR_ENOUGH)
+            break;
+    }
+    close_run(&r);
+    return result || !is || in_turn < iterations ? result : measure_torus(context, t, is);
+}
+
+pave_result pv_statistics_grow(pave_context *context, const pv_statistics *wanted, int32_t width, int32_t height,
+                               float *planes, int32_t iterations, double from, double to, pv_statistics **is)
+{
+    torus t = { width, height, wanted->channels, planes };
+    pave_result result = check_target(context, wanted, width, height);
+    if (!result)
+        result = pv_statistics_create_like(context, wanted, is);
+    return result ? result : impose_torus(context, wanted, &t, iterations, from, to, *is);
+}
+
+/* Each channel as a torus and what is taken out for that. */
+static pave_result make_toruses(pave_context *context, int32_t width, int32_t height, const float *planes, torus *t,
+                                torus *smooth)
+{
+    pave_result result = make_torus(context, t->width, t->height, t->channels, t);
+    if (!result)
+        result = make_torus(context, t->width, t->height, t->channels, smooth);
+    for (int32_t c = 0; c < t->channels && !result; c++) {
+        float *plane = plane_of(t, c);
+        reflect(planes + (int64_t)c * width * height, width, height, t, plane);
+        result = pv_smooth_part(context, plane, t->width, t->height, plane_of(smooth, c));
+        for (int64_t i = 0; i < (int64_t)t->width * t->height && !result; i++)
+            plane[i] -= plane_of(smooth, c)[i];
+    }
+    return result;
 }
 
 pave_result pv_statistics_impose(pave_context *context, const pv_statistics *wanted, int32_t width, int32_t height,
                                  float *planes, int32_t iterations, double from, double to)
 {
-    int32_t scales = wanted->settings.scales, channels = wanted->channels, step = 1 << scales;
+    int32_t channels = wanted->channels, step = 1 << wanted->settings.scales;
     int64_t size = (int64_t)width * height;
-    torus t = { 0 }, smooth = { 0 };
+    torus t = { (width + step - 1) / step * step, (height + step - 1) / step * step, channels, NULL }, smooth = { 0 };
+    pv_statistics *is = NULL;
     pave_result result = check_target(context, wanted, width, height);
     if (!result)
-        result = check_finite(context, width, height, channels, planes);
+        result = pv_check_finite(context, width, height, channels, planes);
     if (!result)
-        result = make_torus(context, (width + step - 1) / step * step, (height + step - 1) / step * step, channels, &t);
+        result = make_toruses(context, width, height, planes, &t, &smooth);
+    if (!result && iterations > FEW)
+        result = pv_statistics_create_like(context, wanted, &is);
     if (!result)
-        result = make_torus(context, t.width, t.height, channels, &smooth);
-    size_t n = (size_t)t.width * (size_t)t.height;
-    for (int32_t c = 0; c < channels && !result; c++) {
-        reflect(planes + c * size, width, height, &t, plane_of(&t, c));
-        result = pv_smooth_part(context, plane_of(&t, c), t.width, t.height, plane_of(&smooth, c));
-        for (size_t i = 0; i < n && !result; i++)
-            plane_of(&t, c)[i] -= plane_of(&smooth, c)[i];
+        result = impose_torus(context, wanted, &t, iterations, from, to, is);
+    for (int64_t i = 0; i < size * channels && !result; i++) {
+        int64_t at = i % size / width * t.width + i % width, c = i / size;
+        planes[i] = plane_of(&t, (int32_t)c)[at] + plane_of(&smooth, (int32_t)c)[at];
     }
-    if (!result)
-        result = impose_torus(context, wanted, &t, iterations, from, to);
-    for (int32_t c = 0; c < channels && !result; c++)
-        for (int64_t i = 0; i < size; i++) {
-            int64_t at = i / width * t.width + i % width;
-            planes[c * size + i] = plane_of(&t, c)[at] + plane_of(&smooth, c)[at];
-        }
+    pv_statistics_free(is);
     pv_release(t.planes);
     pv_release(smooth.planes);
     return result;

@@ -1,6 +1,6 @@
 /* The joint statistics of a texture: measured, compared, and imposed on another picture.
  * Source: Portilla and Simoncelli 2000, "A parametric texture model based on joint statistics of complex wavelet
- * coefficients", sections 3 and 4. docs/papers.md says what differs. */
+ * coefficients". docs/papers.md says what differs. */
 #pragma once
 
 #include "base/context.h"
@@ -19,10 +19,13 @@ typedef struct pv_statistics_settings {
 pave_result pv_statistics_measure(pave_context *context, int32_t width, int32_t height, int32_t channels,
                                   const float *planes, const pv_statistics_settings *settings, pv_statistics **out);
 
-/* In place, `iterations` rounds; progress from..to. The planes may be of another size than those measured. */
+/* In place, `iterations` rounds; progress from..to. The planes may be of another size than those measured. Up to 10
+ * rounds are the paper's, some 0.1 s for 256 x 256 px and a channel; of more, the last three fifths are joint steps,
+ * some 20 times as long, which end when each group is within half a per cent. */
 pave_result pv_statistics_impose(pave_context *context, const pv_statistics *wanted, int32_t width, int32_t height,
                                  float *planes, int32_t iterations, double from, double to);
 
-/* Relative distance, 0: equal: the worst of the groups. */
+/* Relative distance, 0: equal: the worst of the groups, by the lags that both know; infinity for other channels, scales
+ * or orientations. */
 double pv_statistics_distance(const pv_statistics *a, const pv_statistics *b);
 void pv_statistics_free(pv_statistics *statistics);

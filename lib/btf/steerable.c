@@ -33,20 +33,37 @@ static double frequency(int32_t i, int32_t count)
     return 2 * PI * (i < (count + 1) / 2 ? i : i - count) / count;
 }
 
-static void fill_masks(pv_steerable_level *level, int32_t orientations)
+/* A level's masks. */
+typedef struct masking {
+    pv_steerable_level *level;
+    int32_t orientations;
+    double scale, x[PV_MOST_ORIENTATIONS], y[PV_MOST_ORIENTATIONS]; /* where each orientation points */
+} masking;
+
+static void mask_rows(void *data, int32_t begin, int32_t end, int32_t worker)
 {
-    double scale = 2 * angular_scale(orientations);
-    for (int32_t y = 0; y < level->height; y++)
+    (void)worker;
+    const masking *m = data;
+    const pv_steerable_level *level = m->level;
+    for (int32_t y = begin; y < end; y++)
         for (int32_t x = 0; x < level->width; x++) {
             double u = frequency(x, level->width), v = frequency(y, level->height), r = sqrt(u * u + v * v);
             size_t i = (size_t)y * (size_t)level->width + (size_t)x;
+            double high = high_at(r) * m->scale;
             level->low[i] = (float)low_at(r);
-            for (int32_t k = 0; k < orientations; k++) {
-                double angle = PI * k / orientations;
-                double towards = r > 0 ? (u * cos(angle) + v * sin(angle)) / r : 0;
-                level->band[k][i] = towards > 1e-12 ? (float)(high_at(r) * scale * pow(towards, orientations - 1)) : 0;
+            for (int32_t k = 0; k < m->orientations; k++) {
+                double towards = r > 0 ? (u * m->x[k] + v * m->y[k]) / r : 0;
+                level->band[k][i] = towards > 1e-12 && high > 0 ? (float)(high * pow(towards, m->orientations - 1)) : 0;
             }
         }
+}
+
+static pave_result fill_masks(pave_context *context, pv_steerable_level *level, int32_t orientations)
+{
+    masking m = { .level = level, .orientations = orientations, .scale = 2 * angular_scale(orientations) };
+    for (int32_t k = 0; k < orientations; k++)
+        m.x[k] = cos(PI * k / orientations), m.y[k] = sin(PI * k / orientations);
+    return pv_parallel_runs(context, level->height, ROWS, mask_rows, &m, 0, 0);
 }
 
 static pave_result make_level(pave_context *context, int32_t width, int32_t height, int32_t orientations,
@@ -59,25 +76,29 @@ static pave_result make_level(pave_context *context, int32_t width, int32_t heig
         level->low = pv_allocate(context, n, sizeof *level->low, &result);
     for (int32_t k = 0; k < orientations && !result; k++)
         level->band[k] = pv_allocate(context, n, sizeof *level->band[k], &result);
-    if (!result && orientations)
-        fill_masks(level, orientations);
-    return result;
+    return result || !orientations ? result : fill_masks(context, level, orientations);
 }
 
-static pave_result make_first(pave_context *context, pv_steerable *s)
+static void first_rows(void *data, int32_t begin, int32_t end, int32_t worker)
 {
-    pave_result result = PAVE_OK;
+    (void)worker;
+    pv_steerable *s = data;
     const pv_steerable_level *level = &s->level[0];
-    s->first_low = pv_allocate(context, pv_level_size(s, 0), sizeof *s->first_low, &result);
-    s->first_high = result ? NULL : pv_allocate(context, pv_level_size(s, 0), sizeof *s->first_high, &result);
-    for (int32_t y = 0; y < level->height && !result; y++)
+    for (int32_t y = begin; y < end; y++)
         for (int32_t x = 0; x < level->width; x++) {
             double u = frequency(x, level->width), v = frequency(y, level->height), r = sqrt(u * u + v * v);
             size_t i = (size_t)y * (size_t)level->width + (size_t)x;
             s->first_low[i] = (float)low_at(r / 2);
             s->first_high[i] = (float)high_at(r / 2);
         }
-    return result;
+}
+
+static pave_result make_first(pave_context *context, pv_steerable *s)
+{
+    pave_result result = PAVE_OK;
+    s->first_low = pv_allocate(context, pv_level_size(s, 0), sizeof *s->first_low, &result);
+    s->first_high = result ? NULL : pv_allocate(context, pv_level_size(s, 0), sizeof *s->first_high, &result);
+    return result ? result : pv_parallel_runs(context, s->level[0].height, ROWS, first_rows, s, 0, 0);
 }
 
 pave_result pv_steerable_create(pave_context *context, int32_t width, int32_t height, int32_t scales,
@@ -241,6 +262,50 @@ void pv_steerable_expand(const pv_steerable *steerable, int32_t level, const pv_
                 turned(spectrum[(size_t)y * (size_t)small->width + (size_t)x], 4, 0);
 }
 
+void pv_steerable_shrink(const pv_steerable *steerable, int32_t level, const pv_complex *spectrum, pv_complex *out)
+{
+    const pv_steerable_level *large = &steerable->level[level], *small = large + 1;
+    for (int32_t y = 0; y < small->height; y++)
+        for (int32_t x = 0; x < small->width; x++)
+            out[(size_t)y * (size_t)small->width + (size_t)x] =
+                turned(spectrum[(size_t)finer(y, small->height, large->height) * (size_t)large->width +
+                                (size_t)finer(x, small->width, large->width)], 0.25f, 0);
+}
+
+typedef struct spreading {
+    const pv_steerable *steerable;
+    const double *weights;
+    float *out;
+} spreading;
+
+static void spread_rows(void *data, int32_t begin, int32_t end, int32_t worker)
+{
+    (void)worker;
+    const spreading *to = data;
+    const pv_steerable *steerable = to->steerable;
+    const pv_steerable_level *level = &steerable->level[0];
+    const double *weights = to->weights;
+    for (int32_t y = begin; y < end; y++)
+        for (int32_t x = 0; x < level->width; x++) {
+            double u = frequency(x, level->width), v = frequency(y, level->height), r = sqrt(u * u + v * v);
+            double left = low_at(r / 2) * low_at(r / 2), sum = weights[0] * (1 - left);
+            for (int32_t s = 0; s < steerable->scales; s++, r *= 2) {
+                double low = low_at(r) * low_at(r);
+                sum += weights[1 + s] * left * (1 - low);
+                left *= low;
+            }
+            sum += weights[1 + steerable->scales] * left;
+            to->out[(size_t)y * (size_t)level->width + (size_t)x] = (float)sum;
+        }
+}
+
+pave_result pv_steerable_spread(pave_context *context, const pv_steerable *steerable, const double *weights,
+                                float *out)
+{
+    spreading to = { steerable, weights, out };
+    return pv_parallel_runs(context, steerable->level[0].height, ROWS, spread_rows, &to, 0, 0);
+}
+
 /* All planes of a level, as pv_fourier_ takes them. */
 static int32_t planes_of(const pv_steerable *steerable, pv_pyramid *pyramid, int32_t level, int low,
                          pv_complex *planes[PV_MOST_ORIENTATIONS + 2])
@@ -255,13 +320,13 @@ static int32_t planes_of(const pv_steerable *steerable, pv_pyramid *pyramid, int
     return count;
 }
 
-pave_result pv_steerable_analyse(pave_context *context, const pv_steerable *steerable, const float *plane,
+pave_result pv_steerable_analyse(pave_context *context, const pv_steerable *steerable, const float *plane, double mean,
                                  pv_pyramid *out)
 {
     size_t n = pv_level_size(steerable, 0);
     pv_complex *planes[PV_MOST_ORIENTATIONS + 2];
     for (size_t i = 0; i < n; i++)
-        out->high[i] = (pv_complex){ plane[i], 0 };
+        out->high[i] = (pv_complex){ (float)(plane[i] - mean), 0 };
     pave_result result = pv_fourier_forth(context, &steerable->level[0].fourier, 1, &out->high);
     for (size_t i = 0; i < n && !result; i++) {
         out->low[0][i] = turned(out->high[i], steerable->first_low[i], 0);
@@ -270,7 +335,8 @@ pave_result pv_steerable_analyse(pave_context *context, const pv_steerable *stee
     for (int32_t s = 0; s < steerable->scales && !result; s++)
         result = pv_steerable_split(context, steerable, out, s);
     for (int32_t s = 0; s <= steerable->scales && !result; s++)
-        result = pv_fourier_back(context, &steerable->level[s].fourier, planes_of(steerable, out, s, 1, planes), planes);
+        result = pv_fourier_back(context, &steerable->level[s].fourier, planes_of(steerable, out, s, 1, planes),
+                                 planes);
     return result;
 }
 

@@ -1,6 +1,6 @@
 /* The complex steerable pyramid: a picture as bands of a scale and an orientation, each with its amplitude and phase.
  * Source: Portilla and Simoncelli 2000, "A parametric texture model based on joint statistics of complex wavelet
- * coefficients", section 2.1; Simoncelli and Freeman 1995.
+ * coefficients"; Simoncelli and Freeman 1995, "The steerable pyramid".
  *
  * The frame is tight: mean squares of the parts (of a band's real part) add up to the picture's, and what was taken
  * apart goes together again to the rounding of floats. The picture is taken to repeat. */
@@ -14,7 +14,7 @@ typedef struct pv_steerable_level {
     int32_t width, height;
     pv_fourier fourier;
     float *low;                        /* what of a spectrum goes on to the next level */
-    float *band[PV_MOST_ORIENTATIONS]; /* twice the half of it that is a band's: its negative frequencies are left out */
+    float *band[PV_MOST_ORIENTATIONS]; /* twice that half of it which is a band's */
 } pv_steerable_level;
 
 typedef struct pv_steerable {
@@ -53,8 +53,15 @@ pave_result pv_steerable_join(pave_context *context, const pv_steerable *steerab
 /* A spectrum of one level at the size of the one before: twice as fine. */
 void pv_steerable_expand(const pv_steerable *steerable, int32_t level, const pv_complex *spectrum, pv_complex *out);
 
-/* A picture into its parts, as pictures. */
-pave_result pv_steerable_analyse(pave_context *context, const pv_steerable *steerable, const float *plane,
+/* The other way around: its adjoint, what of the spectrum of `level` is of the next one's size. */
+void pv_steerable_shrink(const pv_steerable *steerable, int32_t level, const pv_complex *spectrum, pv_complex *out);
+
+/* A filter, for spectra of level 0, that weighs the highpass residual, each scale and the lowpass residual. */
+pave_result pv_steerable_spread(pave_context *context, const pv_steerable *steerable, const double *weights,
+                                float *out);
+
+/* A picture, less its mean, into its parts, as pictures. */
+pave_result pv_steerable_analyse(pave_context *context, const pv_steerable *steerable, const float *plane, double mean,
                                  pv_pyramid *out);
 
 /* The adjoint: a picture from parts, which are used up; with `lows`, all lows count, else only the residual. Of what

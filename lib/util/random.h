@@ -10,7 +10,7 @@ enum { PV_DRAW_SITES = 1, PV_DRAW_SCALE = 2, PV_DRAW_NOISE = 3, PV_DRAW_REVIVE =
 enum { PV_DRAW_VOXEL = 50, PV_DRAW_ALIKE = 51, PV_DRAW_SEED = 52, PV_DRAW_RANK = 53, PV_DRAW_START = 54 };
 enum { PV_DRAW_BLOCKS = 40, PV_DRAW_ROUNDS = 41, PV_DRAW_FRACTION = 42, PV_DRAW_EDGES = 43 }; /* of textures */
 enum { PV_DRAW_RELIEF = 40, PV_DRAW_MATERIAL = 41, PV_DRAW_RAY = 42, PV_DRAW_SKETCH = 43,
-       PV_DRAW_PLAN = 44 }; /* of BTFs: never both */
+       PV_DRAW_PLAN = 44, PV_DRAW_WHITE = 48 }; /* of BTFs: never both */
 enum { PV_DRAW_FACE = 60, PV_DRAW_SURFACE = 61, PV_DRAW_PLANE = 62, PV_DRAW_SAND = 63 }; /* of maps */
 
 typedef struct pv_random { uint32_t word[4]; } pv_random;
