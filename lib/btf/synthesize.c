@@ -77,8 +77,8 @@ static pave_result check_window(pave_context *context, const pave_btf_synthesis_
         return PAVE_OK;
     if (w[2] && w[3] && w[0] + w[2] <= params->texels && w[1] + w[3] <= params->texels)
         return PAVE_OK;
-    return pv_fail(context, PAVE_ERR_ARGUMENT, "window %d,%d,%d,%d has no texels or does not lie in the material of %d x "
-                   "%d", (int)w[0], (int)w[1], (int)w[2], (int)w[3], (int)params->texels, (int)params->texels);
+    return pv_fail(context, PAVE_ERR_ARGUMENT, "window %d,%d,%d,%d has no texels or does not lie in the material of "
+                   "%d x %d", (int)w[0], (int)w[1], (int)w[2], (int)w[3], (int)params->texels, (int)params->texels);
 }
 
 pave_result pave_btf_synthesize(pave_context *context, const pave_btf_synthesis_params *given, pave_btf **out)

@@ -10,6 +10,22 @@ fail() {
   echo "$1" >&2
   exit 1
 }
+# A folder with the pictures of a BTF that a plan wants, and a name for each
+photograph() {
+  "$pave" btf convert "$1" -o all/ -q
+  mkdir "$3"
+  tail -n +2 "$2" | /usr/bin/python3 -c '
+import pathlib, shutil, sys
+whole = sorted(pathlib.Path("all").rglob("*.exr"))
+import re
+def key(tl, pl, tv, pv): return round(float(tl)) % 360, round(float(pl)) % 360, round(float(tv)) % 360, round(float(pv)) % 360
+by = {key(*re.findall(r"t[lv](-?[0-9.]+)_p[lv](-?[0-9.]+)", p.stem)[0], *re.findall(r"t[lv](-?[0-9.]+)_p[lv](-?[0-9.]+)", p.stem)[1]): p for p in whole}
+for line in sys.stdin:
+    n, v, l, tv, pv, tl, pl, _ = line.split(",")
+    shutil.copy(by[key(tl, pl, tv, pv)], sys.argv[1])
+' "$3"
+  rm -r all
+}
 ldconfig -p | grep -q libopenblas.so.0 || { echo "skipped: OpenBLAS is not installed"; exit 77; }
 mkdir class
 for seed in 1 2 3; do
@@ -47,18 +63,7 @@ assert best["relative"] < paper["relative"] and least["relative"] < 1.5 * best["
 END
 
 # What a laboratory brings home: a folder with the planned pictures only, and a name for each.
-"$pave" btf convert whole.bdi -o all/ -q
-mkdir sparse
-tail -n +2 plan.csv | /usr/bin/python3 -c '
-import pathlib, shutil, sys
-whole = sorted(pathlib.Path("all").rglob("*.exr"))
-import re
-def key(tl, pl, tv, pv): return round(float(tl)) % 360, round(float(pl)) % 360, round(float(tv)) % 360, round(float(pv)) % 360
-by = {key(*re.findall(r"t[lv](-?[0-9.]+)_p[lv](-?[0-9.]+)", p.stem)[0], *re.findall(r"t[lv](-?[0-9.]+)_p[lv](-?[0-9.]+)", p.stem)[1]): p for p in whole}
-for line in sys.stdin:
-    n, v, l, tv, pv, tl, pl, _ = line.split(",")
-    shutil.copy(by[key(tl, pl, tv, pv)], "sparse")
-'
+photograph whole.bdi plan.csv sparse
 "$pave" btf reconstruct tile.model sparse -o lab.bdi -q
 "$pave" btf measure lab.bdi best.bdi --json >lab.json
 /usr/bin/python3 -c 'import json; assert json.load(open("lab.json"))["rmse"] < 2e-3' || fail "pictures give another BTF"
@@ -93,7 +98,9 @@ mkdir empty
 refuses 2 'at least 7' reconstruct tile.model whole.bdi --plan plan.csv --mode paper --samples 6 -o x.bdi -q
 refuses 2 'other directions' reconstruct tile.model dome.bdi -o x.bdi -q
 refuses 3 'cut short' reconstruct cut.model whole.bdi -o x.bdi -q
-refuses 3 'not a model' plan whole.bdi -o x.csv -q
+cp whole.bdi lies.model
+refuses 3 'not a model' plan lies.model -o x.csv -q
+refuses 3 'cannot be read' plan none.bdi -o x.csv -q
 refuses 3 'line 2' reconstruct tile.model whole.bdi --plan wrong.csv -o x.bdi -q
 refuses 3 'no BTF' model empty -o x.model -q
 refuses 2 'directions' model class/1.bdi dome.bdi -o x.model -q
@@ -102,3 +109,32 @@ refuses 2 '6561 pairs' plan tile.model --samples 7000 -o x.csv -q
 refuses 2 'complete' reconstruct tile.model sparse --mode project -o x.bdi -q
 [ ! -e x.bdi ] && [ ! -e x.csv ] && [ ! -e x.model ] || fail "a refused job left an output"
 [ -z "$(find . -name '.pave-*')" ] || fail "something was left behind"
+
+# A large piece from a small region and photographs of all of it
+"$pave" btf synthesize --class tile --texels 40 --seed 5 --bounces 0 --window 8,8,24,24 -o sample.bdi -q
+"$pave" btf synthesize --class tile --texels 40 --seed 5 --bounces 0 -o large.bdi -q
+"$pave" btf plan sample.bdi --samples 4 -o shots.csv -q
+[ "$(wc -l <shots.csv)" -eq 5 ] || fail "a plan by a sample"
+photograph large.bdi shots.csv photographs
+few="--components 16 --x 8 --y 8"
+"$pave" btf enlarge sample.bdi --constraints photographs $few -o error.btf --json >error.json
+"$pave" btf enlarge sample.bdi --constraints photographs $few --threads 1 -o again.btf -q
+cmp error.btf again.btf || fail "threads enlarge otherwise"
+"$pave" btf enlarge sample.bdi --constraints photographs $few --aim look -o look.btf --json >look.json
+"$pave" btf enlarge sample.bdi --constraints photographs $few --mode paper --stage 1 -o text.btf | grep -q rounds ||
+  fail "no report in words"
+for file in error.btf text.btf; do
+  "$pave" btf measure $file large.bdi --epsilon 0.0032 --texels 0 --json >$file.json
+done
+/usr/bin/python3 - <<'END' || fail "enlargements are not as they should be"
+import json
+error, look = json.load(open("error.json")), json.load(open("look.json"))
+assert error["photographs"] == 4 and 0.2 < error["explained"] < 1
+assert look["sharpness"] > error["sharpness"]
+best, text = (json.load(open(f"{f}.btf.json"))["centred"] for f in ("error", "text"))
+assert best < text < 2, (best, text)
+END
+refuses 2 'not one photograph' enlarge sample.bdi -o x.btf -q
+refuses 2 'does not lie in a whole of 40 x 40' enlarge sample.bdi --constraints photographs --x 30 --y 8 -o x.btf -q
+refuses 2 'too few' enlarge dome.bdi --constraints photographs -o x.btf -q
+refuses 3 'cannot be read' enlarge sample.bdi --constraints none -o x.btf -q
