@@ -94,6 +94,7 @@ static const struct {
     { "model", btf_model, "fit a model to a class of materials" },
     { "plan", btf_plan, "choose which pairs of view and light to measure" },
     { "reconstruct", btf_reconstruct, "make a whole one of a few pairs" },
+    { "enlarge", btf_enlarge, "make one of a large piece from a small region and a few photographs" },
 };
 
 enum { VERBS = sizeof verbs / sizeof *verbs };

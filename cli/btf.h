@@ -28,6 +28,9 @@ int btf_set_list(const btf_job *job, const cli_named *list, const cli_group *gro
 /* The number that an option of the verb's own gives. */
 int btf_read_number(const btf_job *job, const cli_named *option, double least, double greatest, double *number);
 
+/* Does a path end in .model, as a model's file does? */
+int btf_names_model(const char *path);
+
 /* Read an input, and write the one output, while the progress bar goes that far. */
 int btf_read(const btf_job *job, int input, double from, double to, pave_btf **out);
 int btf_write(const btf_job *job, const pave_btf *btf, double from);
@@ -44,3 +47,4 @@ int btf_measure(int argc, char **argv);
 int btf_model(int argc, char **argv);
 int btf_plan(int argc, char **argv);
 int btf_reconstruct(int argc, char **argv);
+int btf_enlarge(int argc, char **argv);

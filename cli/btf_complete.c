@@ -9,6 +9,23 @@ static int read_model(const btf_job *job, pave_btf_model **out)
     return exit_code(pave_btf_model_read(job->context, job->command.input[0], out), WHILE_READING);
 }
 
+/* Of a BTF that is not a model: what its own texels have to say, and no patches, for no prior of a class is known. */
+static int model_sample(const btf_job *job, pave_btf_model **out)
+{
+    pave_btf_model_params params = PAVE_BTF_MODEL_PARAMS_INIT;
+    pave_btf *sample = NULL;
+    params.patch = 1;
+    params.validate = 0;
+    params.symmetric = 0;
+    int status = btf_read(job, 0, 0, 0.05, &sample);
+    phase(0.05, 0.6);
+    if (!status)
+        status = exit_code(pave_btf_model_create(job->context, (const pave_btf *const *)&sample, 1, &params, out),
+                           WHILE_WORKING);
+    pave_btf_free(&sample);
+    return status;
+}
+
 int btf_plan(int argc, char **argv)
 {
     pave_btf_plan_params params = PAVE_BTF_PLAN_PARAMS_INIT;
@@ -16,15 +33,16 @@ int btf_plan(int argc, char **argv)
     pave_btf_plan *plan = NULL;
     btf_job job = { .command = {
         .verb = "btf plan",
-        .usage = "FILE.model -o FILE.csv [options]",
-        .summary = "Chooses which pairs of view and light to measure, and in which order.",
+        .usage = "FILE.model|SAMPLE -o FILE.csv [options]",
+        .summary = "Chooses which pairs of view and light to measure, and in which order: by a model of a class, or by "
+                   "a\nsample of what is to be enlarged.",
         .outputs = "write plan.csv; - is standard output",
         .inputs = 1,
     } };
     int status = btf_begin(&job, (cli_group){ "Plan", PAVE_PARAMS_BTF_PLAN, &params }, argc, argv);
     if (!status)
-        status = read_model(&job, &model);
-    phase(0.1, 0.95);
+        status = btf_names_model(job.command.input[0]) ? read_model(&job, &model) : model_sample(&job, &model);
+    phase(0.6, 0.95);
     if (!status)
         status = exit_code(pave_btf_plan_create(job.context, model, &params, &plan), WHILE_WORKING);
     phase(0.95, 1);

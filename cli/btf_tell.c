@@ -18,8 +18,7 @@ static pave_result draw_albedo(pave_context *context, const pave_btf *btf, const
     return result;
 }
 
-/* A model's file ends in .model. */
-static int names_model(const char *path)
+int btf_names_model(const char *path)
 {
     const char *point = strrchr(path, '.');
     return point && !strcmp(point, ".model");
@@ -51,7 +50,7 @@ int btf_info(int argc, char **argv)
         .named_count = 1,
     } };
     int status = btf_begin(&job, (cli_group){ "Diagnosis", PAVE_PARAMS_BTF_TEXELS, &texels }, argc, argv);
-    if (!status && names_model(job.command.input[0]))
+    if (!status && btf_names_model(job.command.input[0]))
         return btf_end(&job, tell_model(&job));
     if (!status)
         status = btf_read(&job, 0, 0, 0.1, &btf);

@@ -131,8 +131,9 @@ static void print_option(const pave_param *param)
                         : param->type == PAVE_PARAM_EXTENT ? " WxH"
                         : param->choices                   ? " NAME"
                                                            : " N";
-    snprintf(left, sizeof left, "--%s%s", name, value);
-    printf("  %-28s %s", left, param->help);
+    const char *no = param->type == PAVE_PARAM_FLAG && param->initial > 0 ? "[no-]" : "";
+    snprintf(left, sizeof left, "--%s%s%s", no, name, value);
+    printf("  %-28s %s%s", left, param->help, *no ? " [yes]" : "");
     if (param->type != PAVE_PARAM_FLAG && param->type != PAVE_PARAM_WINDOW && param->type != PAVE_PARAM_PALETTE &&
         param->type != PAVE_PARAM_EXTENT)
         print_range(param);
@@ -222,7 +223,7 @@ static int set_palette(const cli_command *command, pave_context *tables, const c
     return pave_params_set(tables, group->table, group->params, name, text) ? EXIT_INPUT : EXIT_FINE;
 }
 
-/* Sets "--name value" or "--name=value"; *used tells how many words it took. */
+/* Sets "--name value" or "--name=value", or for a flag "--name" or "--no-name"; *used tells how many words it took. */
 static int set_option(cli_command *command, pave_context *tables, int left, char **words, int *used)
 {
     char name[NAME];
@@ -231,11 +232,16 @@ static int set_option(cli_command *command, pave_context *tables, int left, char
     size_t length = value ? (size_t)(value - words[0]) - 2 : strlen(words[0]) - 2;
     snprintf(name, sizeof name, "%.*s", (int)(length < NAME ? length : NAME - 1), words[0] + 2);
     const cli_group *group = find_option(command, name, &param);
-    if (!group)
+    int no = !group && !value && !strncmp(name, "no-", 3);
+    if (no)
+        group = find_option(command, name + 3, &param);
+    if (!group || (no && param.type != PAVE_PARAM_FLAG))
         return unknown_option(command, name);
     *used = 1;
     if (value)
         value++;
+    else if (no)
+        value = "0";
     else if (param.type == PAVE_PARAM_FLAG)
         value = "1";
     else if (left > 1)
@@ -244,7 +250,7 @@ static int set_option(cli_command *command, pave_context *tables, int left, char
         return complain(command, "--%s needs a value", name), EXIT_USAGE;
     if (param.type == PAVE_PARAM_PALETTE)
         return set_palette(command, tables, group, name, value);
-    return pave_params_set(tables, group->table, group->params, name, value) ? EXIT_USAGE : EXIT_FINE;
+    return pave_params_set(tables, group->table, group->params, name + 3 * no, value) ? EXIT_USAGE : EXIT_FINE;
 }
 
 static int add_output(cli_command *command, const char *path)

@@ -1,5 +1,6 @@
 /* The whole job in one call, and the register of parameter tables: the two things that know every stage. */
 #include "base/params.h"
+#include "btf/enlarge.h"
 #include "btf/model.h"
 #include "cvd/cvd.h"
 #include "field/field.h"
@@ -49,6 +50,7 @@ static const pv_table *find_table(int32_t table)
     case PAVE_PARAMS_BTF_PLAN: return &pv_btf_plan_table;
     case PAVE_PARAMS_BTF_RECONSTRUCT: return &pv_btf_reconstruct_table;
     case PAVE_PARAMS_BTF_MEASURE: return &pv_btf_measure_table;
+    case PAVE_PARAMS_BTF_ENLARGE: return &pv_btf_enlarge_table;
     default: return NULL;
     }
 }

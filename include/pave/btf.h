@@ -75,6 +75,12 @@ PAVE_API const uint8_t *pave_btf_missing(const pave_btf *btf);
 /* Components of a channel's factors, 0 where samples are held as they are. */
 PAVE_API int32_t pave_btf_components(const pave_btf *btf, int32_t channel);
 
+/* Of a BTF whose channels are factored one by one: a channel's eigen-ABRDFs, [view][light][component], and how much of
+ * each a texel has, [y][x][component]; their products are what the colour model makes samples of (log Y, U/Y, V/Y).
+ * NULL otherwise. They are the BTF's own. */
+PAVE_API const float *pave_btf_eigenvectors(const pave_btf *btf, int32_t channel);
+PAVE_API const float *pave_btf_coefficients(const pave_btf *btf, int32_t channel);
+
 /* Samples as floats, decoded if the BTF is factored. `out` is the caller's. Any thread.
  * Cost: linear in what is written, times the components of a factored BTF. */
 PAVE_API void pave_btf_abrdf(const pave_btf *btf, int32_t x, int32_t y, float *out);
@@ -122,10 +128,12 @@ typedef struct pave_btf_synthesis_params {
     double relief;      /* the relief's heights are multiplied by this; 0: a plane */
     int32_t stored;     /* 1: the samples are held in memory. 0: they are made anew whenever they are read, which is
                            how a BTF larger than memory is written to a file */
+    int32_t window[4];  /* x, y, width, height: only these texels of the material; zeros: all */
 } pave_btf_synthesis_params;
 
 #define PAVE_BTF_SYNTHESIS_PARAMS_INIT \
-    { sizeof(pave_btf_synthesis_params), PAVE_BTF_GRAVEL, 64, PAVE_DIRECTIONS_UBO81, 1, 4, 3, 32, 1, 1.0, 1 }
+    { sizeof(pave_btf_synthesis_params), PAVE_BTF_GRAVEL, 64, PAVE_DIRECTIONS_UBO81, 1, 4, 3, 32, 1, 1.0, 1, \
+      { 0, 0, 0, 0 } }
 
 PAVE_API void pave_btf_synthesis_params_init(pave_btf_synthesis_params *params, size_t size);
 
@@ -285,6 +293,10 @@ PAVE_API pave_result pave_btf_plan_create(pave_context *context, const pave_btf_
                                           const pave_btf_plan_params *params, pave_btf_plan **out);
 PAVE_API void pave_btf_plan_free(pave_btf_plan **plan);
 
+/* A plan by hand: `count` pairs, by the numbers of a BTF's views and lights, in their order. */
+PAVE_API pave_result pave_btf_plan_of_pairs(pave_context *context, const pave_btf *btf, const int32_t *views,
+                                            const int32_t *lights, int32_t count, pave_btf_plan **out);
+
 /* The pairs in their order, as numbers of the model's views and lights, and the root mean square error that is expected
  * in the first channel once so many are measured (0: not known). */
 PAVE_API int32_t pave_btf_plan_samples(const pave_btf_plan *plan);
@@ -332,6 +344,71 @@ PAVE_API void pave_btf_reconstruct_params_init(pave_btf_reconstruct_params *para
 PAVE_API pave_result pave_btf_reconstruct(pave_context *context, const pave_btf_model *model, const pave_btf *sparse,
                                           const pave_btf_plan *plan, const pave_btf_reconstruct_params *params,
                                           pave_btf **out, pave_image **errors);
+
+/* ---- Whole materials from a small region and a few photographs (Steinhausen et al. 2014) ---- */
+
+enum { PAVE_BTF_AIM_ERROR = 0, PAVE_BTF_AIM_LOOK = 1 };
+
+typedef struct pave_btf_enlarge_params {
+    size_t size;
+    int32_t mode;          /* PAVE_BTF_BEST or PAVE_BTF_PAPER */
+    int32_t aim;           /* best: PAVE_BTF_AIM_ERROR, or PAVE_BTF_AIM_LOOK */
+    int32_t stage;         /* paper: 1, Texture Optimization alone; 2, statistics imposed once; 3, Algorithm 1 */
+    int32_t components;    /* eigen-ABRDFs of the sample's luminance, or of each channel */
+    int32_t chroma;        /* of U/Y and V/Y each; 0: half as many */
+    int32_t colour;        /* PAVE_BTF_COLOUR_ */
+    double epsilon;        /* darker samples count as this before logarithms and divisions. White is 0.318 */
+    int32_t neighbourhood; /* side of a window of Texture Optimization, texels */
+    int32_t levels;        /* paper: 3 are 1/4, 1/2 and 1 */
+    double balance;        /* paper: what all photographs together weigh over what the texture does. Lambda (Eq. 3) is
+                              this times views x lights over the number of photographs: 20000 for one of 22801 */
+    double share;          /* paper: alpha / (alpha + beta) (Eq. 4) */
+    int32_t samples;       /* of the plan, the first so many; 0: all */
+    int32_t x, y;          /* where the sample's top left texel lies in the whole; -1: it is from elsewhere */
+    int32_t passes;        /* over the sample, to factor it */
+    int32_t type;          /* PAVE_F16 or PAVE_F32: of the factors */
+} pave_btf_enlarge_params;
+
+#define PAVE_BTF_ENLARGE_PARAMS_INIT \
+    { sizeof(pave_btf_enlarge_params), PAVE_BTF_BEST, PAVE_BTF_AIM_ERROR, 3, 64, 0, PAVE_BTF_COLOUR_AUTO, 0.00032, 8, \
+      3, 0.877, 0.5, 0, -1, -1, 3, PAVE_F16 }
+
+PAVE_API void pave_btf_enlarge_params_init(pave_btf_enlarge_params *params, size_t size);
+
+/* How it came out, as far as the truth is not needed for that. */
+typedef struct pave_btf_enlargement {
+    size_t size; /* set by the caller */
+    int32_t photographs, rounds; /* rounds: of Texture Optimization and of Algorithm 1 */
+    double explained;  /* best: the share of what the sample varies by that the photographs explain: each quarter of it
+                          predicted from the others; */
+    double expected;   /* and the root mean square error of a value that is to be expected of the whole */
+    double least;      /* root mean square of what the components leave of the sample */
+    double missed;     /* root mean square of what the photographs show and the result does not */
+    double sharpness;  /* mean square difference of neighbours over the sample's: below 1 is blurred */
+    double spectrum;   /* root mean square logarithm of the power of octaves over the sample's */
+    double statistics; /* relative distance of Portilla and Simoncelli's statistics from the sample's */
+} pave_btf_enlargement;
+
+/* Makes the BTF of a large piece of material from a complete one of a small region, `sample`, and photographs of all of
+ * it: `photographs` is a BTF of the whole with some pairs of the sample's directions (the nearest within a degree is
+ * meant), the others marked as missing or, with a plan (NULL: none), not in it; `mean` is the picture from the top view
+ * under even light, the mean over all lights (Eq. 10; linear values are meant as they are, others as sRGB). One of both
+ * may be NULL.
+ * Best mode predicts coefficients from what the photographs show around a texel, by kernel ridge regression learned on
+ * the sample, mixes them with windows of the sample put together anew (Texture Optimization at the finest level, from
+ * windows that show the same), and corrects all by what the photographs show of the texel itself, as measurements with
+ * noise. That is the least error, and smooth. To look at there is more of the windows, and each octave of each
+ * coefficient gets the sample's power. Paper mode is Algorithm 1: Texture Optimization, then in turns the sample's statistics (Portilla and
+ * Simoncelli) and the photographs, forced (Eqs. 4 to 6).
+ * The same bytes for every number of threads; another processor may round otherwise. Needs OpenBLAS when it runs.
+ * PAVE_ERR_ARGUMENT: the sample is too small or not complete; photographs of other sizes, directions or channels, black
+ * ones, and such as contradict the sample; the message names them.
+ * Memory: factors of the sample, (components + chroma x 2) + 3 x photographs floats for each texel of the whole and the
+ * sample, and about 1 GiB. `report` may be NULL. */
+PAVE_API pave_result pave_btf_enlarge(pave_context *context, const pave_btf *sample, const pave_btf *photographs,
+                                      const pave_btf_plan *plan, const pave_image *mean,
+                                      const pave_btf_enlarge_params *params, pave_btf **out,
+                                      pave_btf_enlargement *report);
 
 /* ---- How sound it is, and how far two are apart ---- */
 

@@ -142,6 +142,8 @@ PAVE_API pave_result pave_btf_diagnosis_write(pave_context *context, const pave_
                                               const char *format);
 PAVE_API pave_result pave_btf_difference_write(pave_context *context, const pave_btf_difference *difference,
                                                const char *path, const char *format);
+PAVE_API pave_result pave_btf_enlargement_write(pave_context *context, const pave_btf_enlargement *enlargement,
+                                                const char *path, const char *format);
 
 #ifdef __cplusplus
 }

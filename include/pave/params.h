@@ -30,6 +30,7 @@ enum {
     PAVE_PARAMS_BTF_PLAN = 27,      /* pave_btf_plan_params */
     PAVE_PARAMS_BTF_RECONSTRUCT = 28, /* pave_btf_reconstruct_params */
     PAVE_PARAMS_BTF_MEASURE = 29,   /* pave_btf_measure_params */
+    PAVE_PARAMS_BTF_ENLARGE = 33,   /* pave_btf_enlarge_params */
     PAVE_PARAMS_PALETTE = 30,  /* pave_palette_params */
     PAVE_PARAMS_MEASURE = 31,  /* pave_stones_measure_params */
     PAVE_PARAMS_MOSAIC = 40    /* pave_mosaic_params */

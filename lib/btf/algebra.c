@@ -25,9 +25,10 @@ pave_result pv_algebra_open(pave_context *context, pv_algebra *out)
     *(void **)&out->sgemm = find(out->library, "cblas_sgemm");
     *(void **)&out->dgemm = find(out->library, "cblas_dgemm");
     *(void **)&out->dsyevd = find(out->library, "dsyevd_");
+    *(void **)&out->dposv = find(out->library, "dposv_");
     *(void **)&out->set_threads = find(out->library, "openblas_set_num_threads");
     *(void **)&out->get_threads = find(out->library, "openblas_get_num_threads");
-    if (!out->sgemm || !out->dgemm || !out->dsyevd || !out->set_threads || !out->get_threads) {
+    if (!out->sgemm || !out->dgemm || !out->dsyevd || !out->dposv || !out->set_threads || !out->get_threads) {
         pv_algebra_close(out);
         return pv_fail(context, PAVE_ERR_UNSUPPORTED, "this OpenBLAS has no CBLAS or no LAPACK");
     }
@@ -151,11 +152,16 @@ typedef struct tall {
     const pv_algebra *algebra;
     int64_t rows;
     int n, k;
-    const float *z;
+    const float *z, *y;
     float *out;
-    double *stripe, *part; /* two stripes for each worker; the parts of z' z */
+    double *stripe, *part; /* two stripes for each worker; the parts of z' z or y' z */
     const double *by;
 } tall;
+
+static int widest(const tall *t)
+{
+    return t->k > t->n ? t->k : t->n;
+}
 
 static int32_t stripes_of(const tall *t)
 {
@@ -166,7 +172,7 @@ static int32_t stripes_of(const tall *t)
 static int widen(const tall *t, int32_t index, int32_t worker, double **out)
 {
     int64_t first = (int64_t)index * STRIPE, count = t->rows - first < STRIPE ? t->rows - first : STRIPE;
-    *out = t->stripe + (size_t)worker * 2 * STRIPE * (size_t)t->n;
+    *out = t->stripe + (size_t)worker * STRIPE * (size_t)(t->n + widest(t));
     for (int64_t i = 0; i < count * t->n; i++)
         (*out)[i] = t->z[first * t->n + i];
     return (int)count;
@@ -180,6 +186,20 @@ static void gram_part(void *data, int32_t index, int32_t worker)
     for (int32_t stripe = index; stripe < stripes_of(t); stripe += PARTS) {
         int count = widen(t, stripe, worker, &wide);
         pv_multiply_double(t->algebra, 1, 0, t->n, t->n, count, wide, t->n, wide, t->n, 1, sum, t->n);
+    }
+}
+
+static void cross_part(void *data, int32_t index, int32_t worker)
+{
+    const tall *t = data;
+    double *wide, *sum = t->part + (size_t)index * (size_t)t->n * (size_t)t->k;
+    memset(sum, 0, (size_t)t->n * (size_t)t->k * sizeof *sum);
+    for (int32_t stripe = index; stripe < stripes_of(t); stripe += PARTS) {
+        int count = widen(t, stripe, worker, &wide);
+        double *other = wide + (size_t)STRIPE * (size_t)t->n;
+        for (int64_t i = 0; i < (int64_t)count * t->k; i++)
+            other[i] = t->y[(int64_t)stripe * STRIPE * t->k + i];
+        pv_multiply_double(t->algebra, 1, 0, t->k, t->n, count, other, t->k, wide, t->n, 1, sum, t->n);
     }
 }
 
@@ -198,26 +218,46 @@ static void rotate_stripe(void *data, int32_t index, int32_t worker)
 static pave_result open_tall(pave_context *context, tall *t)
 {
     pave_result result = PAVE_OK;
-    t->stripe = pv_allocate(context, (size_t)pv_workers(context), 2 * STRIPE * (size_t)t->n * sizeof(double), &result);
+    t->stripe = pv_allocate(context, (size_t)pv_workers(context), STRIPE * (size_t)(t->n + widest(t)) * sizeof(double),
+                            &result);
+    return result;
+}
+
+/* Parts are added up in their order. */
+static pave_result sum_parts(pave_context *context, tall *t, pv_task *part, size_t size, double *out)
+{
+    pave_result result = open_tall(context, t);
+    if (!result)
+        t->part = pv_allocate(context, PARTS, size * sizeof *t->part, &result);
+    if (!result)
+        result = pv_parallel(context, PARTS, part, t, 0, 0);
+    if (!result)
+        memcpy(out, t->part, size * sizeof *out);
+    for (size_t i = size; i < PARTS * size && !result; i++)
+        out[i % size] += t->part[i];
+    pv_release(t->stripe);
+    pv_release(t->part);
     return result;
 }
 
 pave_result pv_gram(pave_context *context, const pv_algebra *algebra, int64_t rows, int n, const float *z, double *out)
 {
     tall t = { .algebra = algebra, .rows = rows, .n = n, .z = z };
-    size_t square = (size_t)n * (size_t)n;
-    pave_result result = open_tall(context, &t);
-    if (!result)
-        t.part = pv_allocate(context, PARTS, square * sizeof *t.part, &result);
-    if (!result)
-        result = pv_parallel(context, PARTS, gram_part, &t, 0, 0);
-    if (!result)
-        memcpy(out, t.part, square * sizeof *out);
-    for (size_t i = square; i < PARTS * square && !result; i++)
-        out[i % square] += t.part[i];
-    pv_release(t.stripe);
-    pv_release(t.part);
-    return result;
+    return sum_parts(context, &t, gram_part, (size_t)n * (size_t)n, out);
+}
+
+pave_result pv_cross(pave_context *context, const pv_algebra *algebra, int64_t rows, int n, const float *z, int k,
+                     const float *y, double *out)
+{
+    tall t = { .algebra = algebra, .rows = rows, .n = n, .k = k, .z = z, .y = y };
+    return sum_parts(context, &t, cross_part, (size_t)n * (size_t)k, out);
+}
+
+int pv_solve_positive(const pv_algebra *algebra, int n, double *matrix, int count, double *sides)
+{
+    int info = 0;
+    algebra->dposv("L", &n, &count, matrix, &n, sides, &n, &info);
+    return info == 0;
 }
 
 pave_result pv_rotate(pave_context *context, const pv_algebra *algebra, int64_t rows, int n, const float *z, int k,

@@ -13,6 +13,7 @@ typedef struct pv_algebra {
                   int);
     void (*dsyevd)(const char *, const char *, const int *, double *, const int *, double *, double *, const int *,
                    int *, const int *, int *);
+    void (*dposv)(const char *, const int *, const int *, double *, const int *, double *, const int *, int *);
     void (*set_threads)(int);
     int (*get_threads)(void);
 } pv_algebra;
@@ -48,6 +49,14 @@ pave_result pv_eigenvalues(pave_context *context, const pv_algebra *algebra, int
 
 /* out = z' z, for z of rows x n. */
 pave_result pv_gram(pave_context *context, const pv_algebra *algebra, int64_t rows, int n, const float *z, double *out);
+
+/* out = y' z, for z of rows x n and y of rows x k; in parts whose number is fixed. */
+pave_result pv_cross(pave_context *context, const pv_algebra *algebra, int64_t rows, int n, const float *z, int k,
+                     const float *y, double *out);
+
+/* Solves m x = b for a symmetric positive definite n x n matrix and `count` right sides, a row each; x replaces b, and
+ * the matrix is used up. 0 if it is not positive definite. Runs in the thread that calls. */
+int pv_solve_positive(const pv_algebra *algebra, int n, double *matrix, int count, double *sides);
 
 /* out = z by', for z of rows x n and `by` of k x n, k <= n. `out` may be z if k is n. */
 pave_result pv_rotate(pave_context *context, const pv_algebra *algebra, int64_t rows, int n, const float *z, int k,

@@ -203,6 +203,23 @@ int32_t pave_btf_components(const pave_btf *btf, int32_t channel)
     return btf->factors && is_channel(btf, channel) ? btf->factors[btf->joint ? 0 : channel].components : 0;
 }
 
+static const pv_factors *own_factors(const pave_btf *btf, int32_t channel)
+{
+    return btf->factors && !btf->joint && channel >= 0 && channel < btf->channels ? &btf->factors[channel] : NULL;
+}
+
+const float *pave_btf_eigenvectors(const pave_btf *btf, int32_t channel)
+{
+    const pv_factors *f = own_factors(btf, channel);
+    return f ? f->left : NULL;
+}
+
+const float *pave_btf_coefficients(const pave_btf *btf, int32_t channel)
+{
+    const pv_factors *f = own_factors(btf, channel);
+    return f ? f->right : NULL;
+}
+
 double pave_btf_error(const pave_btf *btf, int32_t channel)
 {
     return btf->factors && is_channel(btf, channel) ? btf->factors[btf->joint ? 0 : channel].error : 0;

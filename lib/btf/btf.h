@@ -152,6 +152,11 @@ pave_direction pv_vector_direction(const double vector[3]);
 double pv_direction_distance(pave_direction a, pave_direction b);
 int32_t pv_directions_nearest(const pv_directions *directions, pave_direction direction, double *distance);
 
+/* Which of `all` each of `own` is, within a degree; PAVE_ERR_ARGUMENT if one is none of them, or two are the same.
+ * `holder` ("the model") has `all`, and `what` they are ("view"). */
+pave_result pv_directions_match(pave_context *context, const char *holder, const char *what, const pv_directions *own,
+                                const pv_directions *all, int32_t *out);
+
 /* A picture of a BTF's channels, and of alpha if asked, in linear light; its pixels are not yet written. */
 pave_result pv_btf_picture(pave_context *context, const pave_btf *btf, int32_t width, int32_t height, int alpha,
                            pave_image **out);

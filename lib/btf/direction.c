@@ -298,3 +298,22 @@ void pv_directions_share(const pv_directions *directions, double *share)
         share[best] += 360 * degree / DOTS;
     }
 }
+
+pave_result pv_directions_match(pave_context *context, const char *holder, const char *what, const pv_directions *own,
+                                const pv_directions *all, int32_t *out)
+{
+    for (int32_t i = 0; i < own->count; i++) {
+        double away;
+        out[i] = pv_directions_nearest(all, own->direction[i], &away);
+        if (away > 1.01 * degree)
+            return pv_fail(context, PAVE_ERR_ARGUMENT, "%s is of other directions: %s %d, at %.2f and %.2f degrees, is "
+                           "%.2f degrees from its nearest", holder, what, (int)i,
+                           (double)own->direction[i].theta / degree, (double)own->direction[i].phi / degree,
+                           away / degree);
+        for (int32_t k = 0; k < i; k++)
+            if (out[k] == out[i])
+                return pv_fail(context, PAVE_ERR_ARGUMENT, "%s is of other directions: its %s %d is the nearest to %d "
+                               "and to %d", holder, what, (int)out[i], (int)k, (int)i);
+    }
+    return PAVE_OK;
+}

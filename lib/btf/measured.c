@@ -8,28 +8,6 @@
 
 enum { ROUNDS = 30 };
 
-static const double degree = 3.14159265358979323846 / 180;
-
-static pave_result match(const pv_rebuild *r, const char *what, const pv_directions *own, const pv_directions *all,
-                         int32_t *out)
-{
-    for (int32_t i = 0; i < own->count; i++) {
-        double away;
-        out[i] = pv_directions_nearest(all, own->direction[i], &away);
-        if (away > 1.01 * degree)
-            return pv_fail(r->context, PAVE_ERR_ARGUMENT,
-                           "the model is of other directions: %s %d, at %.2f and %.2f degrees, is %.2f degrees from "
-                           "its nearest", what, (int)i, (double)own->direction[i].theta / degree,
-                           (double)own->direction[i].phi / degree, away / degree);
-        for (int32_t k = 0; k < i; k++)
-            if (out[k] == out[i])
-                return pv_fail(r->context, PAVE_ERR_ARGUMENT,
-                               "the model is of other directions: its %s %d is the nearest to %d and to %d", what,
-                               (int)out[i], (int)k, (int)i);
-    }
-    return PAVE_OK;
-}
-
 /* Which samples of `sparse` stand for which of the model's pairs. */
 static void list_pairs(pv_rebuild *r, const int32_t *view, const int32_t *light, const uint8_t *wanted)
 {
@@ -73,9 +51,9 @@ static pave_result find_pairs(pv_rebuild *r, const pave_btf_plan *plan)
     if (!result && plan)
         wanted = pv_allocate_zeroed(context, (size_t)pv_model_pairs(r->model), 1, &result);
     if (!result)
-        result = match(r, "view", &r->sparse->views, &r->model->views, view);
+        result = pv_directions_match(context, "the model", "view", &r->sparse->views, &r->model->views, view);
     if (!result)
-        result = match(r, "light", &r->sparse->lights, &r->model->lights, light);
+        result = pv_directions_match(context, "the model", "light", &r->sparse->lights, &r->model->lights, light);
     if (!result && plan)
         result = mark_plan(r, plan, wanted);
     if (!result)

@@ -61,9 +61,9 @@ struct pave_btf_plan {
     double before, after;      /* condition numbers */
 };
 
-/* A plan of some pairs of the model's, [view][light]. */
-pave_result pv_plan_new(pave_context *context, const pave_btf_model *model, const int32_t *pairs, int32_t count,
-                        pave_btf_plan **out);
+/* A plan of some pairs, [view][light]. */
+pave_result pv_plan_new(pave_context *context, const pv_directions *views, const pv_directions *lights,
+                        const int32_t *pairs, int32_t count, pave_btf_plan **out);
 
 /* A model without bases. */
 pave_result pv_model_new(pave_context *context, int32_t planes, const pave_direction *views, int32_t view_count,

@@ -26,8 +26,8 @@ void pave_btf_plan_params_init(pave_btf_plan_params *params, size_t size)
     pv_params_init(&pv_btf_plan_table, params, size);
 }
 
-pave_result pv_plan_new(pave_context *context, const pave_btf_model *model, const int32_t *pairs, int32_t count,
-                        pave_btf_plan **out)
+pave_result pv_plan_new(pave_context *context, const pv_directions *views, const pv_directions *lights,
+                        const int32_t *pairs, int32_t count, pave_btf_plan **out)
 {
     pave_result result = PAVE_OK;
     size_t places = (size_t)count;
@@ -48,12 +48,49 @@ pave_result pv_plan_new(pave_context *context, const pave_btf_model *model, cons
     }
     plan->count = count;
     for (int32_t i = 0; i < count; i++) {
-        plan->view[i] = pairs[i] / model->lights.count;
-        plan->light[i] = pairs[i] % model->lights.count;
-        plan->from[i] = model->views.direction[plan->view[i]];
-        plan->to[i] = model->lights.direction[plan->light[i]];
+        plan->view[i] = pairs[i] / lights->count;
+        plan->light[i] = pairs[i] % lights->count;
+        plan->from[i] = views->direction[plan->view[i]];
+        plan->to[i] = lights->direction[plan->light[i]];
     }
     return PAVE_OK;
+}
+
+/* The first that is no pair of the BTF's, or was there before; `count` if all are fine. */
+static int32_t first_wrong(const pave_btf *btf, const int32_t *views, const int32_t *lights, int32_t count,
+                           uint8_t *taken, int32_t *pairs)
+{
+    for (int32_t i = 0; i < count; i++) {
+        if (views[i] < 0 || views[i] >= btf->views.count || lights[i] < 0 || lights[i] >= btf->lights.count)
+            return i;
+        pairs[i] = views[i] * btf->lights.count + lights[i];
+        if (taken[pairs[i]]++)
+            return i;
+    }
+    return count;
+}
+
+pave_result pave_btf_plan_of_pairs(pave_context *context, const pave_btf *btf, const int32_t *views,
+                                   const int32_t *lights, int32_t count, pave_btf_plan **out)
+{
+    if (out)
+        *out = NULL;
+    if (!context || !btf || !views || !lights || count < 1 || !out)
+        return PAVE_ERR_ARGUMENT;
+    pave_result result = PAVE_OK;
+    int32_t *pairs = pv_allocate(context, (size_t)count, sizeof *pairs, &result), wrong = count;
+    uint8_t *taken = result ? NULL : pv_allocate_zeroed(context, (size_t)btf->views.count, (size_t)btf->lights.count,
+                                                        &result);
+    if (!result)
+        wrong = first_wrong(btf, views, lights, count, taken, pairs);
+    if (!result && wrong < count)
+        result = pv_fail(context, PAVE_ERR_ARGUMENT, "pair %d, of view %d and light %d, is none of the BTF's or comes "
+                         "for the second time", (int)wrong, (int)views[wrong], (int)lights[wrong]);
+    if (!result)
+        result = pv_plan_new(context, &btf->views, &btf->lights, pairs, count, out);
+    pv_release(pairs);
+    pv_release(taken);
+    return result;
 }
 
 void pave_btf_plan_free(pave_btf_plan **plan)
@@ -199,7 +236,7 @@ pave_result pave_btf_plan_create(pave_context *context, const pave_btf_model *mo
     if (!result)
         result = choose(context, model, &params, pairs, left, &count, condition);
     if (!result)
-        result = pv_plan_new(context, model, pairs, count, out);
+        result = pv_plan_new(context, &model->views, &model->lights, pairs, count, out);
     if (!result && params.method == PAVE_BTF_PLAN_GREEDY)
         expect(model, left, *out);
     if (!result) {

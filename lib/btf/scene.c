@@ -364,10 +364,13 @@ static void shine(const pv_scene *scene, const place *p, const float view[3], fl
     }
 }
 
-/* Where a sample of a texel lies in its plane, in grid units. */
+/* Where a sample of a texel of the window lies in its plane, in grid units. */
 static void spread(const pv_scene *scene, int64_t texel, int32_t sample, float at[2])
 {
     int32_t texels = scene->relief.texels;
+    const int32_t *window = scene->params.window;
+    if (window[2])
+        texel = (texel / window[2] + window[1]) * texels + texel % window[2] + window[0];
     pv_random r = pv_draw(scene->params.seed, PV_DRAW_RAY, (uint32_t)texel, (uint32_t)sample, 1);
     float u = (float)r.word[0] * 0x1p-32f;
     float v = ((float)sample + (float)r.word[1] * 0x1p-32f) / (float)scene->params.samples;

@@ -19,6 +19,8 @@ static const pv_param synthesis_rows[] = {
     PV_INTEGER(pave_btf_synthesis_params, rays, "", 1, 1024, "rays for each point, to gather what bounces"),
     PV_FLAG(pave_btf_synthesis_params, shadows, "parts of the relief cast shadows"),
     PV_REAL(pave_btf_synthesis_params, relief, "", 0, 10, "heights are multiplied by this"),
+    { "window", PAVE_PARAM_WINDOW, "texels", 0, 4096, NULL, "only this part of the material [the whole]",
+      offsetof(pave_btf_synthesis_params, window) },
     PV_FLAG(pave_btf_synthesis_params, stored, "hold all samples in memory; otherwise they are made when read"),
 };
 
@@ -60,10 +62,23 @@ static pave_result make_frame(pave_context *context, const pave_btf_synthesis_pa
                               const pave_direction *directions, int32_t count, pave_btf **out)
 {
     pave_btf_params shape = PAVE_BTF_PARAMS_INIT;
-    shape.width = shape.height = params->texels;
+    const int32_t *window = params->window;
+    shape.width = window[2] ? window[2] : params->texels;
+    shape.height = window[2] ? window[3] : params->texels;
     shape.views = shape.lights = count;
     shape.view_directions = shape.light_directions = directions;
     return pv_btf_new(context, &shape, out);
+}
+
+static pave_result check_window(pave_context *context, const pave_btf_synthesis_params *params)
+{
+    const int32_t *w = params->window;
+    if (!w[0] && !w[1] && !w[2] && !w[3])
+        return PAVE_OK;
+    if (w[2] && w[3] && w[0] + w[2] <= params->texels && w[1] + w[3] <= params->texels)
+        return PAVE_OK;
+    return pv_fail(context, PAVE_ERR_ARGUMENT, "window %d,%d,%d,%d has no texels or does not lie in the material of %d x "
+                   "%d", (int)w[0], (int)w[1], (int)w[2], (int)w[3], (int)params->texels, (int)params->texels);
 }
 
 pave_result pave_btf_synthesize(pave_context *context, const pave_btf_synthesis_params *given, pave_btf **out)
@@ -75,6 +90,8 @@ pave_result pave_btf_synthesize(pave_context *context, const pave_btf_synthesis_
     if (!context || !out)
         return PAVE_ERR_ARGUMENT;
     pave_result result = pv_params_read(context, &pv_btf_synthesis_table, given, &params);
+    if (!result)
+        result = check_window(context, &params);
     if (result)
         return result;
     int32_t count = pave_directions(params.directions, directions, 256);

@@ -106,6 +106,19 @@ static void tell_difference(telling *t, const pave_btf_difference *d)
     tell(t, "direction_error", d->direction_error, "degrees, the greatest between directions");
 }
 
+static void tell_enlargement(telling *t, const pave_btf_enlargement *e)
+{
+    tell(t, "photographs", e->photographs, "of the whole");
+    tell(t, "rounds", e->rounds, "of Texture Optimization and of Algorithm 1");
+    tell(t, "explained", e->explained, "of what the sample varies by, predicted from photographs (best mode)");
+    tell(t, "expected", e->expected, "root mean square error of a value, as that tells");
+    tell(t, "least", e->least, "of that what the components leave of the sample");
+    tell(t, "missed", e->missed, "root mean square of what photographs show and the result does not");
+    tell(t, "sharpness", e->sharpness, "mean square difference of neighbours, over the sample's");
+    tell(t, "spectrum", e->spectrum, "root mean square logarithm of the power of octaves, over the sample's");
+    tell(t, "statistics", e->statistics, "relative distance of statistics from the sample's");
+}
+
 /* How much of what materials have a basis keeps with its first so many vectors. */
 static double kept(const pv_basis *basis, int64_t rows, int32_t count)
 {
@@ -175,9 +188,16 @@ static void tell_model(telling *t, const pave_btf_model *m)
         pv_json_close(&t->json);
 }
 
-static pave_result write_telling(pave_context *context, const char *path, const char *format, const pave_btf *btf,
-                                 const pave_btf_diagnosis *diagnosis, const pave_btf_difference *difference,
-                                 const pave_btf_model *model)
+/* What there is to tell of: one of them. */
+typedef struct subject {
+    const pave_btf *btf;
+    const pave_btf_diagnosis *diagnosis; /* of the BTF */
+    const pave_btf_difference *difference;
+    const pave_btf_enlargement *enlargement;
+    const pave_btf_model *model;
+} subject;
+
+static pave_result write_telling(pave_context *context, const char *path, const char *format, const subject *of)
 {
     telling t = { .as_json = format && !strcmp(format, "json") };
     int before = errno;
@@ -189,12 +209,14 @@ static pave_result write_telling(pave_context *context, const char *path, const 
     pv_json_begin(&t.json, put, t.output);
     if (t.as_json)
         pv_json_object(&t.json, NULL);
-    if (diagnosis)
-        tell_diagnosis(&t, btf, diagnosis);
-    else if (model)
-        tell_model(&t, model);
+    if (of->diagnosis)
+        tell_diagnosis(&t, of->btf, of->diagnosis);
+    else if (of->model)
+        tell_model(&t, of->model);
+    else if (of->enlargement)
+        tell_enlargement(&t, of->enlargement);
     else
-        tell_difference(&t, difference);
+        tell_difference(&t, of->difference);
     if (t.as_json)
         pv_json_close(&t.json);
     result = pv_output_close(t.output, PAVE_OK);
@@ -210,7 +232,7 @@ pave_result pave_btf_diagnosis_write(pave_context *context, const pave_btf *btf,
         return PAVE_ERR_ARGUMENT;
     memset(&diagnosis, 0, sizeof diagnosis);
     memcpy(&diagnosis, given, given->size < sizeof diagnosis ? given->size : sizeof diagnosis);
-    return write_telling(context, path, format, btf, &diagnosis, NULL, NULL);
+    return write_telling(context, path, format, &(subject){ .btf = btf, .diagnosis = &diagnosis });
 }
 
 pave_result pave_btf_difference_write(pave_context *context, const pave_btf_difference *given, const char *path,
@@ -221,7 +243,18 @@ pave_result pave_btf_difference_write(pave_context *context, const pave_btf_diff
         return PAVE_ERR_ARGUMENT;
     memset(&difference, 0, sizeof difference);
     memcpy(&difference, given, given->size < sizeof difference ? given->size : sizeof difference);
-    return write_telling(context, path, format, NULL, NULL, &difference, NULL);
+    return write_telling(context, path, format, &(subject){ .difference = &difference });
+}
+
+pave_result pave_btf_enlargement_write(pave_context *context, const pave_btf_enlargement *given, const char *path,
+                                       const char *format)
+{
+    pave_btf_enlargement enlargement;
+    if (!context || !given || !path)
+        return PAVE_ERR_ARGUMENT;
+    memset(&enlargement, 0, sizeof enlargement);
+    memcpy(&enlargement, given, given->size < sizeof enlargement ? given->size : sizeof enlargement);
+    return write_telling(context, path, format, &(subject){ .enlargement = &enlargement });
 }
 
 pave_result pave_btf_model_info_write(pave_context *context, const pave_btf_model *model, const char *path,
@@ -229,5 +262,5 @@ pave_result pave_btf_model_info_write(pave_context *context, const pave_btf_mode
 {
     if (!context || !model || !path)
         return PAVE_ERR_ARGUMENT;
-    return write_telling(context, path, format, NULL, NULL, NULL, model);
+    return write_telling(context, path, format, &(subject){ .model = model });
 }

@@ -163,7 +163,7 @@ static pave_result read_sheet(pave_context *context, const char *path, const cha
     if (!result)
         result = read_pairs(&s, model, taken, pairs, &count);
     if (!result)
-        result = pv_plan_new(context, model, pairs, count, out);
+        result = pv_plan_new(context, &model->views, &model->lights, pairs, count, out);
     pv_release(taken);
     pv_release(pairs);
     return result;

@@ -1,7 +1,7 @@
 /* Measures: what a tiling is judged by, with the definitions that independent judges use. */
 #include "tiling/best.h"
 
-#include "tiling/fft.h"
+#include "image/fft.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -3,7 +3,7 @@
  * tells which places cannot be the least; whole numbers decide among the others. */
 #include "tiling/search.h"
 
-#include "tiling/fft.h"
+#include "image/fft.h"
 
 #include <math.h>
 #include <string.h>

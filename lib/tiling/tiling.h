@@ -44,6 +44,10 @@ typedef struct pv_picture {
 /* sliced.c: of patches of 7 x 7 px; 0 where a picture has none. */
 pave_result pv_sliced_distance(pave_context *context, const pv_picture *a, const pv_picture *b, double *distance);
 
+/* repeat.c: the highest peak of the circular autocorrelation of a picture's brightness, less its slow part, beyond
+ * 16 px. */
+pave_result pv_fft_repeat(pave_context *context, const float *rgb, int32_t width, int32_t height, double *repeat);
+
 struct pave_tiling {
     pave_tiling_params params;
     int32_t width, height;

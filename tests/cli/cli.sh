@@ -70,6 +70,13 @@ for option in --output --mode --half-side --grout --iterations --seed --backend 
   grep -q -- "$option" help || fail "help does not tell of $option"
 done
 
+# What is on can be switched off
+"$pave" btf synthesize --class gravel --texels 4 -q -o lit.bdi
+"$pave" btf synthesize --class gravel --texels 4 -q --no-shadows -o unlit.bdi
+"$pave" btf synthesize --class gravel --texels 4 -q --shadows=0 -o same.bdi
+cmp -s unlit.bdi same.bdi || fail "--no-shadows is not --shadows=0"
+cmp -s unlit.bdi lit.bdi && fail "--no-shadows does nothing"
+
 # Mistakes
 code=0
 "$pave" >out 2>err || code=$?
@@ -78,6 +85,8 @@ expect 2 "did you mean 'lay'?" "$pave" lya
 expect 2 "there is no verb 'frobnicate'" "$pave" frobnicate
 expect 2 "did you mean --half-side?" "$pave" lay "$drawing" --halfside 4 -o x.svg
 expect 2 "there is no option --frobnicate" "$pave" lay "$drawing" --frobnicate
+expect 2 "there is no option --no-half-side" "$pave" lay "$drawing" --no-half-side -o x.svg
+expect 2 "there is no option --no-frobnicate" "$pave" lay "$drawing" --no-frobnicate -o x.svg
 expect 2 "there is no option -z" "$pave" lay "$drawing" -z
 expect 2 "half-side is 0.5, but must be 1 .. 4096 px" "$pave" lay "$drawing" --half-side 0.5 -o x.svg
 expect 2 "half-side" "$pave" lay "$drawing" --half-side nan -o x.svg

@@ -3,7 +3,7 @@
 #include "test.h"
 
 #include "tiling/best.h"
-#include "tiling/fft.h"
+#include "image/fft.h"
 
 #include <math.h>
 

@@ -14,6 +14,9 @@ typedef struct pv_fft {
 
 /* A plane of at least this size, of a size that transforms quickly. */
 pave_result pv_fft_create(pave_context *context, int32_t width, int32_t height, pv_fft *out);
+
+/* The same of this very size; the width must be even. */
+pave_result pv_fft_create_exact(pave_context *context, int32_t width, int32_t height, pv_fft *out);
 void pv_fft_free(pv_fft *fft);
 
 static inline size_t pv_fft_reals(const pv_fft *fft) { return (size_t)fft->width * (size_t)fft->height; }
@@ -22,6 +25,3 @@ static inline size_t pv_fft_halves(const pv_fft *fft) { return ((size_t)fft->wid
 /* The inverse is `width * height` times too large. */
 void pv_fft_forth(const pv_fft *fft, const float *plane, pv_complex *spectrum);
 void pv_fft_back(const pv_fft *fft, const pv_complex *spectrum, float *plane);
-
-/* The highest peak of the circular autocorrelation of a picture's brightness, less its slow part, beyond 16 px. */
-pave_result pv_fft_repeat(pave_context *context, const float *rgb, int32_t width, int32_t height, double *repeat);

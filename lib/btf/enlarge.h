@@ -1,0 +1,100 @@
+/* An enlargement under way (Steinhausen et al. 2014): the sample's coefficients, and what photographs say. */
+#pragma once
+
+#include "btf/algebra.h"
+#include "btf/model.h"
+#include "btf/statistics.h"
+
+extern const pv_table pv_btf_enlarge_table;
+
+/* The texels of a rectangle, each with so many channels: [y][x][channel]. */
+typedef struct pv_texels {
+    int32_t width, height, channels;
+    float *values;
+} pv_texels;
+
+static inline int64_t pv_texels_count(const pv_texels *t)
+{
+    return (int64_t)t->width * t->height;
+}
+
+/* A guide is one plane (log Y, U/Y or V/Y) of one photograph. What it shows of a texel hangs on the coefficients of
+ * that plane: row . coefficients + offset, but for an error of this variance. */
+typedef struct pv_guide {
+    int32_t plane;
+    const float *row; /* [component of its plane] */
+    float *own;       /* where the row is of its own, and not the basis's */
+    double offset, noise;
+} pv_guide;
+
+typedef struct pv_enlarge {
+    pave_context *context;
+    pv_algebra algebra;
+    const pave_btf *sample, *photos;
+    const pave_btf_plan *plan;
+    const pave_image *mean;
+    const pave_btf_enlarge_params *params;
+    pave_btf *out;          /* its left factors are the sample's eigen-ABRDFs */
+    int32_t planes, coefficients, photographs, guides;
+    int32_t first[PV_BTF_CHANNELS + 1]; /* coefficient of each plane */
+    pv_texels known, made;  /* coefficients of the sample, and of the whole */
+    pv_texels seen, given;  /* guides of the sample, and of the whole */
+    pv_guide *guide;
+    int32_t *given_pair, *sample_pair; /* of the photographs and of the sample; the mean picture has none */
+    double *middle;         /* [coefficient]: mean over the sample */
+    double *spread;         /* [coefficient][coefficient]: covariance of what a prediction misses, or of the sample */
+    double left;            /* of the sample's variance, what a prediction misses, as found on parts held out */
+    int32_t rounds;
+} pv_enlarge;
+
+pave_result pv_texels_new(pave_context *context, int32_t width, int32_t height, int32_t channels, pv_texels *out);
+
+/* Values of what is factored: samples darker than epsilon are lifted to it first, so that no shadow weighs more than
+ * what is lit, and no ratio of colours blows up. */
+void pv_enlarge_encode(const pv_enlarge *e, const float *samples, int64_t count, float *out);
+
+/* The sample's eigen-ABRDFs and coefficients (Eqs. 8, 9). */
+pave_result pv_enlarge_factor(pv_enlarge *e);
+
+/* Reads the photographs, and finds what the sample would look like on them. */
+pave_result pv_enlarge_guide(pv_enlarge *e);
+
+/* ---- Predicting from what is around a texel ---- */
+
+/* Principal components of what the guides show around each texel, for the sample and for the whole; the window's
+ * weights fall as a Gaussian of `sigma` texels. */
+pave_result pv_enlarge_describe(pv_enlarge *e, double sigma, pv_texels *of_sample, pv_texels *of_whole);
+
+/* Coefficients of the whole by kernel ridge regression; finds `spread` and `left`, too. */
+pave_result pv_enlarge_predict(pv_enlarge *e, double from, double to);
+
+/* ---- Texture Optimization ---- */
+
+/* Sets the coefficients of the whole by Texture Optimization (Eqs. 2, 3) at so many levels, each half as fine as the
+ * one before; all photographs together weigh `balance` times what the texture weighs. */
+pave_result pv_enlarge_optimize(pv_enlarge *e, int32_t levels, double balance, double from, double to);
+
+/* ---- What photographs demand ---- */
+
+/* Moves the coefficients to what the guides show, as far as `spread` lets them and the guides' noise asks for it. */
+pave_result pv_enlarge_bind(pv_enlarge *e, pv_texels *made);
+
+/* Eqs. 4 to 6: the point nearest to `before` (by share) and `after` that shows just what the guides show. */
+pave_result pv_enlarge_force(pv_enlarge *e, const float *before, const float *after, double share, float *out);
+
+/* ---- Octaves ---- */
+
+enum { PV_OCTAVES = 4 };
+
+/* The power of each octave of each coefficient, [octave][coefficient]. */
+pave_result pv_enlarge_octaves(const pv_enlarge *e, const pv_texels *t, double *power);
+
+/* Scales the octaves of each coefficient of the whole until their power is that of the sample. */
+pave_result pv_enlarge_sharpen(pv_enlarge *e);
+
+/* ---- How it came out ---- */
+
+/* Portilla and Simoncelli's statistics of the first so many coefficients. */
+pave_result pv_enlarge_statistics(const pv_enlarge *e, const pv_texels *t, int32_t channels, pv_statistics **out);
+
+pave_result pv_enlarge_judge(const pv_enlarge *e, pave_btf_enlargement *report);

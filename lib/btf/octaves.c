@@ -1,0 +1,132 @@
+/* Octaves of coefficients: differences of ever smoother copies (a trous, Holschneider et al. 1989), which add up to the
+ * whole again. */
+#include "btf/enlarge.h"
+
+#include "base/parallel.h"
+
+#include <math.h>
+#include <string.h>
+
+static const double most_gain = 2;
+
+/* A field while it is taken apart: what is left, and what is next. */
+typedef struct apart {
+    const pv_texels *shape;
+    int32_t gap; /* between the texels that are averaged */
+    float *now, *rows, *next;
+    float *sum;          /* octaves times their gains; NULL: none */
+    const double *gain;  /* [channel] */
+    double *power;       /* [row][channel], of the octave */
+} apart;
+
+static int64_t mirrored(int64_t i, int64_t count)
+{
+    while (count > 1 && (i < 0 || i >= count))
+        i = i < 0 ? -i : 2 * (count - 1) - i;
+    return count > 1 ? i : 0;
+}
+
+/* The mean of five texels that lie `step` values apart along an axis; `at` is the middle one's place on it. */
+static void smooth(const float *from, int64_t at, int64_t count, int64_t gap, int64_t step, int32_t channels, float *to)
+{
+    static const float weight[5] = { 0.0625f, 0.25f, 0.375f, 0.25f, 0.0625f };
+    const float *tap[5];
+    for (int64_t i = 0; i < 5; i++)
+        tap[i] = from + (mirrored(at + (i - 2) * gap, count) - at) * step;
+    for (int32_t c = 0; c < channels; c++)
+        to[c] = weight[0] * tap[0][c] + weight[1] * tap[1][c] + weight[2] * tap[2][c] + weight[3] * tap[3][c] +
+                weight[4] * tap[4][c];
+}
+
+static void smooth_row(void *data, int32_t y, int32_t worker)
+{
+    (void)worker;
+    const apart *a = data;
+    int64_t n = a->shape->channels, wide = a->shape->width;
+    for (int64_t x = 0; x < wide; x++)
+        smooth(a->now + (y * wide + x) * n, x, wide, a->gap, n, (int32_t)n, a->rows + (y * wide + x) * n);
+}
+
+/* And down the columns; what that took away is the octave. */
+static void take_octave(void *data, int32_t y, int32_t worker)
+{
+    (void)worker;
+    const apart *a = data;
+    int64_t n = a->shape->channels, wide = a->shape->width;
+    double *power = a->power + y * n;
+    memset(power, 0, (size_t)n * sizeof *power);
+    for (int64_t x = 0; x < wide; x++) {
+        int64_t at = (y * wide + x) * n;
+        smooth(a->rows + at, y, a->shape->height, a->gap, wide * n, (int32_t)n, a->next + at);
+        for (int64_t c = 0; c < n; c++) {
+            double octave = (double)a->now[at + c] - (double)a->next[at + c];
+            power[c] += octave * octave;
+            if (a->sum)
+                a->sum[at + c] += (float)(a->gain[c] * octave);
+        }
+    }
+}
+
+/* `power`, [octave][channel], gets mean squares; with `gains`, alike, octaves are scaled by them. */
+static pave_result take_apart(pave_context *context, pv_texels *t, const double *gains, double *power)
+{
+    pave_result result = PAVE_OK;
+    size_t texels = (size_t)pv_texels_count(t), bytes = (size_t)t->channels * sizeof(float);
+    apart a = { .shape = t };
+    a.now = pv_allocate(context, texels, bytes, &result);
+    if (!result)
+        a.rows = pv_allocate(context, texels, bytes, &result);
+    if (!result)
+        a.next = pv_allocate(context, texels, bytes, &result);
+    if (!result)
+        a.power = pv_allocate(context, (size_t)t->height, 2 * bytes, &result);
+    if (!result)
+        memcpy(a.now, t->values, texels * bytes);
+    if (!result && gains)
+        memset(t->values, 0, texels * bytes);
+    a.sum = gains ? t->values : NULL;
+    for (int32_t o = 0; o < PV_OCTAVES && !result; o++) {
+        float *swap = a.now;
+        a.gap = 1 << o;
+        a.gain = gains ? gains + (int64_t)o * t->channels : NULL;
+        result = pv_parallel(context, t->height, smooth_row, &a, 0, 0);
+        if (!result)
+            result = pv_parallel(context, t->height, take_octave, &a, 0, 0);
+        for (int32_t c = 0; c < t->channels && power && !result; c++) {
+            power[o * t->channels + c] = 0;
+            for (int32_t y = 0; y < t->height; y++)
+                power[o * t->channels + c] += a.power[(int64_t)y * t->channels + c] / (double)texels;
+        }
+        a.now = a.next;
+        a.next = swap;
+    }
+    for (size_t i = 0; i < texels * (size_t)t->channels && gains && !result; i++)
+        t->values[i] += a.now[i];
+    pv_release(a.now);
+    pv_release(a.rows);
+    pv_release(a.next);
+    pv_release(a.power);
+    return result;
+}
+
+pave_result pv_enlarge_octaves(const pv_enlarge *e, const pv_texels *t, double *power)
+{
+    return take_apart(e->context, &(pv_texels){ t->width, t->height, t->channels, t->values }, NULL, power);
+}
+
+pave_result pv_enlarge_sharpen(pv_enlarge *e)
+{
+    int32_t count = PV_OCTAVES * e->coefficients;
+    pave_result result = PAVE_OK;
+    double *own = pv_allocate(e->context, 2 * (size_t)count, sizeof *own, &result), *made = own ? own + count : NULL;
+    if (!result)
+        result = pv_enlarge_octaves(e, &e->known, own);
+    if (!result)
+        result = pv_enlarge_octaves(e, &e->made, made);
+    for (int32_t i = 0; i < count && !result; i++)
+        own[i] = made[i] > 0 ? fmin(fmax(sqrt(own[i] / made[i]), 1 / most_gain), most_gain) : 1;
+    if (!result)
+        result = take_apart(e->context, &e->made, own, NULL);
+    pv_release(own);
+    return result;
+}
