@@ -293,7 +293,7 @@ static pave_result check_photograph(const pv_enlarge *e, int32_t i)
     int is_log = e->out->colour != PV_COLOUR_RGB;
     if (is_log && variance == 0 && mean <= log(e->params->epsilon + (double)PV_LEAST_LIGHT) + 1e-4)
         return pv_fail(e->context, PAVE_ERR_ARGUMENT, "%s is black: it says nothing", name);
-    if (e->params->x >= 0 && mismatch(e, g) > 2 * sqrt(own_variance + e->guide[g].noise) + 0.1)
+    if (e->params->x >= 0 && mismatch(e, g) > 1.2 * sqrt(own_variance + e->guide[g].noise) + 0.02)
         return pv_fail(e->context, PAVE_ERR_ARGUMENT, "%s contradicts the sample at %d,%d: the root mean square "
                        "difference is %.3g, and the sample itself varies by %.3g", name, (int)e->params->x,
                        (int)e->params->y, mismatch(e, g), sqrt(own_variance));
