@@ -9,7 +9,7 @@ const int KEPT = 6, MOST_LISTED = 64, FORCED = 8, FORCED_AGREE = 1024, MEASURED_
 const int64_t MOST = 0x7fffffffffffffffl;
 
 ivec3 at;
-int voxel;
+int voxel, layer;
 bool forced; // the value is measured
 uvec4 chance;
 
@@ -192,7 +192,7 @@ int64_t steered(int64_t cost, int class_)
 {
     if (push.steered == 0)
         return cost;
-    cost = cost * int64_t(control.factor[class_]) >> 8;
+    cost = cost * int64_t(control.factor[layer * CLASSES + class_]) >> 8;
     int alike = 0, others = 0;
     for (int l = 0; l < setting.lags && push.steps != 0; l++) {
         int64_t sum = 0, count = 0;
@@ -237,10 +237,10 @@ void store(ivec3 source, int p, int value)
     if (!was || old != class_) {
         if (was) {
             count_steps(at, voxel, old, -1);
-            atomicAdd(tally.count[old], -1);
+            atomicAdd(tally.count[layer * CLASSES + old], -1);
         }
         count_steps(at, voxel, class_, 1);
-        atomicAdd(tally.count[class_], 1);
+        atomicAdd(tally.count[layer * CLASSES + class_], 1);
     }
     for (int i = 0; i < WORDS; i++) {
         uint word = texels.word[setting.plane[p].texels + value * WORDS + i];
@@ -289,6 +289,7 @@ void main()
     int state = state_of(voxel);
     if (state == 0)
         return;
+    layer = layer_of(at);
     forced = state == MEASURED;
     chance = draw_voxel(uint(voxel), 0);
     for (int p = 0; p < 3; p++) {

@@ -123,6 +123,17 @@ int towards(ivec3 at, int which, int lag)
     return index;
 }
 
+// Does the surface cut the voxel's windows (1) or not (0)? The twin of pv_grid_layer.
+int layer_of(ivec3 at)
+{
+    for (int i = 0; i < 6; i++) {
+        int other = towards(at, i, RADIUS);
+        if (other < 0 || state_of(other) == 0)
+            return 1;
+    }
+    return 0;
+}
+
 int bin_of(int axis, int lag, int a, int b)
 {
     return tables.number[setting.bins_at[axis] + lag * CLASSES + abs(a - b)];
@@ -146,7 +157,7 @@ ivec3 place_of(int item)
                  push.first[2] + row / push.count[1] * push.every[2]);
 }
 
-const int STEP_FACTORS = CLASSES, USE_FACTORS = CLASSES + 3 * LAGS * STEPS;
+const int STEP_FACTORS = 2 * CLASSES, USE_FACTORS = STEP_FACTORS + 3 * LAGS * STEPS;
 
 // Where the histogram of such a step counts.
 int step_place(int axis, int lag, int a, int b)

@@ -125,16 +125,23 @@ static void freeze_steps(pv_work *work, int axis, int lag)
     }
 }
 
+static void freeze_classes(pv_work *work, int layer)
+{
+    const pv_windows *bank = work->sampler.bank[0];
+    const int64_t *have = work->control.classes[layer];
+    int64_t all = 0;
+    for (int c = 0; c < PV_CLASSES; c++)
+        all += have[c];
+    for (int c = 0; c < PV_CLASSES; c++)
+        work->control.class_factor[layer][c] =
+            all ? factor(have[c], all, bank->target[c], bank->target_total, work->weight_class) : 256;
+}
+
 static pave_result freeze(pv_work *work)
 {
     pv_control *control = &work->control;
-    const pv_windows *bank = work->sampler.bank[0];
-    int64_t classes = 0;
-    for (int c = 0; c < PV_CLASSES; c++)
-        classes += control->classes[c];
-    for (int c = 0; c < PV_CLASSES; c++)
-        control->class_factor[c] = classes ? factor(control->classes[c], classes, bank->target[c], bank->target_total,
-                                                    work->weight_class) : 256;
+    for (int layer = 0; layer < PV_LAYERS; layer++)
+        freeze_classes(work, layer);
     for (int i = 0; i < 3 * PV_LAGS; i++)
         freeze_steps(work, i / PV_LAGS, i % PV_LAGS);
     for (int p = 0; p < PV_PLANES; p++)
@@ -145,8 +152,8 @@ static pave_result freeze(pv_work *work)
 
 static void add_tally(pv_control *control, pv_tally *tally, const pv_sampler *sampler)
 {
-    for (int c = 0; c < PV_CLASSES; c++)
-        control->classes[c] += tally->classes[c];
+    for (int c = 0; c < PV_LAYERS * PV_CLASSES; c++)
+        control->classes[c / PV_CLASSES][c % PV_CLASSES] += tally->classes[c / PV_CLASSES][c % PV_CLASSES];
     for (int a = 0; a < 3; a++)
         for (int s = 0; s < PV_LAGS * PV_STEPS; s++)
             control->steps[a][s / PV_STEPS][s % PV_STEPS] += tally->steps[a][s / PV_STEPS][s % PV_STEPS];
@@ -183,7 +190,7 @@ void pv_work_count(pv_work *work)
             for (at[0] = 0; at[0] < grid->size[0]; at[0]++, i++) {
                 if (grid->state[i] < PAVE_VOXEL_MEASURED)
                     continue;
-                control->classes[grid->class[i]]++;
+                control->classes[pv_grid_layer(grid, at)][grid->class[i]]++;
                 for (int k = 0; k < 3 * pv_grid_lags(grid); k++) {
                     int64_t other = pv_grid_towards(grid, at, 2 * (k % 3) + 1, k < 3 ? 1 : PV_FAR);
                     if (other >= 0 && grid->state[other] >= PAVE_VOXEL_MEASURED)

@@ -60,3 +60,16 @@ static inline int64_t pv_grid_beside(const pv_grid *grid, const int32_t at[3], i
 {
     return pv_grid_towards(grid, at, which, 1);
 }
+
+/* Voxels whose windows the stone's surface cuts, and all others. Fewer of their neighbours have a say, so that what is
+ * hard to place gathers there, unless each layer is held to the sample's histogram on its own. */
+enum { PV_INNER, PV_OUTER, PV_LAYERS };
+static inline int pv_grid_layer(const pv_grid *grid, const int32_t at[3])
+{
+    for (int i = 0; i < 6; i++) {
+        int64_t other = pv_grid_towards(grid, at, i, grid->reach);
+        if (other < 0 || grid->state[other] == PAVE_VOXEL_OUTSIDE)
+            return PV_OUTER;
+    }
+    return PV_INNER;
+}

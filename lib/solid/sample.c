@@ -28,6 +28,7 @@ typedef struct choice {
     pv_scratch *scratch;
     const int32_t *at;
     int64_t voxel;
+    int layer;
     int forced; /* the value is measured */
     pv_random random;
     plane_choice plane[PV_PLANES];
@@ -265,7 +266,7 @@ static int64_t steered(const choice *c, int64_t cost, uint8_t class)
     int alike = 0, others = 0;
     if (!control)
         return cost;
-    cost = cost * control->class_factor[class] >> 8;
+    cost = cost * control->class_factor[c->layer][class] >> 8;
     for (int l = 0; l < pv_grid_lags(grid) && c->s->steps; l++) {
         int64_t sum = 0, count = 0;
         for (int i = 0; i < 6; i++) {
@@ -357,10 +358,10 @@ static void store(const choice *c, const uint8_t *feature, int class, const int3
     if (!was || grid->class[c->voxel] != class) {
         if (was) {
             count_steps(c, grid->class[c->voxel], -1);
-            tally->classes[grid->class[c->voxel]]--;
+            tally->classes[c->layer][grid->class[c->voxel]]--;
         }
         count_steps(c, class, 1);
-        tally->classes[class]++;
+        tally->classes[c->layer][class]++;
     }
     grid->class[c->voxel] = (uint8_t)class;
     memcpy(grid->feature + c->voxel * grid->features, feature, (size_t)grid->features);
@@ -437,6 +438,7 @@ void pv_sample(const pv_sampler *sampler, pv_scratch *scratch, const int32_t at[
 {
     choice c = { .s = sampler, .scratch = scratch, .at = at };
     c.voxel = pv_grid_at(sampler->grid, at[0], at[1], at[2]);
+    c.layer = pv_grid_layer(sampler->grid, at);
     c.forced = sampler->grid->state[c.voxel] == PAVE_VOXEL_MEASURED;
     c.random = pv_draw(sampler->seed, PV_DRAW_VOXEL, (uint32_t)c.voxel, sampler->pass, 0);
     if (sampler->paper && !c.forced)

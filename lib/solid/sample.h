@@ -6,8 +6,8 @@
 /* What steers the statistics of the whole: how full each class, each kind of step between neighbours and each position
  * of the samples is against what it should be. The factors are frozen while voxels are made, and counted anew after. */
 typedef struct pv_control {
-    int64_t classes[PV_CLASSES], steps[3][PV_LAGS][PV_STEPS]; /* along each axis */
-    uint32_t class_factor[PV_CLASSES]; /* 1/256 */
+    int64_t classes[PV_LAYERS][PV_CLASSES], steps[3][PV_LAGS][PV_STEPS]; /* along each axis */
+    uint32_t class_factor[PV_LAYERS][PV_CLASSES]; /* 1/256 */
     uint32_t step_factor[3][PV_LAGS][PV_STEPS];
     double push[3][PV_LAGS][PV_STEPS]; /* by how much the steps' factors have grown */
     int32_t *uses[PV_PLANES];          /* [position]; planes with the same bank share them */
@@ -16,7 +16,7 @@ typedef struct pv_control {
 
 /* Changes that one worker makes to the counts. */
 typedef struct pv_tally {
-    int64_t classes[PV_CLASSES], steps[3][PV_LAGS][PV_STEPS];
+    int64_t classes[PV_LAYERS][PV_CLASSES], steps[3][PV_LAGS][PV_STEPS];
     int32_t *uses[PV_PLANES];
 } pv_tally;
 

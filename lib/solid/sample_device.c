@@ -7,7 +7,7 @@
 
 /* The buffers, in the order of their bindings in shaders/voxels.glsl. */
 enum { VOXELS, SOURCES, TEXELS = SOURCES + PV_PLANES, TABLES, CONTROL, TALLY, ORDER, SETTING, BUFFERS };
-enum { STEPS = 3 * PV_LAGS * PV_STEPS, STATISTICS = PV_CLASSES + STEPS };
+enum { STEPS = 3 * PV_LAGS * PV_STEPS, CLASSES = PV_LAYERS * PV_CLASSES, STATISTICS = CLASSES + STEPS };
 enum { ORDERED = 1 << 16, GROUP = 64, MOST_SHARED = 3700 };
 
 typedef struct plane_setting {
@@ -252,7 +252,7 @@ pave_result pv_device_order(pv_device *d, const pv_sampler *s, const uint32_t *o
 pave_result pv_device_steer(pv_device *d, const pv_sampler *s, const pv_control *control)
 {
     memcpy(d->factor, control->class_factor, sizeof control->class_factor);
-    memcpy(d->factor + PV_CLASSES, control->step_factor, sizeof control->step_factor);
+    memcpy(d->factor + CLASSES, control->step_factor, sizeof control->step_factor);
     for (int p = 0; p < PV_PLANES; p++)
         for (int32_t i = 0; i < s->bank[p]->positions && is_first(s, p); i++)
             d->factor[STATISTICS + d->setting.plane[p].use + i] = control->use_factor[p][i];
@@ -265,10 +265,10 @@ pave_result pv_device_settle(pv_device *d, const pv_sampler *s, pv_control *cont
     const int32_t *change = (const int32_t *)d->factor;
     if (result)
         return result;
-    for (int c = 0; c < PV_CLASSES; c++)
-        control->classes[c] += change[c];
+    for (int c = 0; c < CLASSES; c++)
+        control->classes[c / PV_CLASSES][c % PV_CLASSES] += change[c];
     for (int i = 0; i < STEPS; i++)
-        control->steps[i / (PV_LAGS * PV_STEPS)][i / PV_STEPS % PV_LAGS][i % PV_STEPS] += change[PV_CLASSES + i];
+        control->steps[i / (PV_LAGS * PV_STEPS)][i / PV_STEPS % PV_LAGS][i % PV_STEPS] += change[CLASSES + i];
     for (int p = 0; p < PV_PLANES; p++)
         for (int32_t i = 0; i < s->bank[p]->positions && is_first(s, p); i++)
             control->uses[p][i] += change[STATISTICS + d->setting.plane[p].use + i];

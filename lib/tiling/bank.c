@@ -2,6 +2,7 @@
 #include "tiling/bank.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { JOINT_FAR = 18 /* thirds of a px */, USUAL = 70 /* deviation of three channels together */ };
@@ -25,7 +26,7 @@ void pv_bank_free(pv_bank *bank)
     pv_release(bank->bright);
     pv_release(bank->home);
     pv_release(bank->cell);
-    pv_release(bank->joint);
+    pv_release(bank->stone);
     memset(bank, 0, sizeof *bank);
 }
 
@@ -123,7 +124,7 @@ static pave_result allocate(making *m)
     if (!result)
         bank->border = pv_allocate_zeroed(m->context, n, 1, &result);
     if (!result)
-        bank->joint = pv_allocate_zeroed(m->context, n, 1, &result);
+        bank->stone = pv_allocate_zeroed(m->context, n, sizeof *bank->stone, &result);
     if (!result)
         bank->blocked = pv_allocate_zeroed(m->context, n, sizeof *bank->blocked, &result);
     if (!result)
@@ -154,24 +155,42 @@ static double shown(const pave_image *image, double value)
     return image->encoding == PAVE_LINEAR && value > 0 ? sqrt(value) : value;
 }
 
-/* The range of what is compared, for types without one of their own. */
-static void find_range(making *m, int32_t count)
+static int ascending(const void *a, const void *b)
 {
-    m->least = INFINITY, m->most = -INFINITY;
-    for (int32_t i = 0; i < count; i++) {
-        const pave_image *image = m->exemplars[i];
-        for (int64_t k = 0; k < (int64_t)image->width * image->height; k++) {
-            if (!is_usable(m, image, (int32_t)(k % image->width), (int32_t)(k / image->width)))
-                continue;
-            for (int32_t c = 0; c < image->channels; c++) {
-                double value = shown(image, pv_image_value(image, k * image->channels + c));
-                if (c == image->alpha)
-                    continue;
-                m->least = value < m->least ? value : m->least;
-                m->most = value > m->most ? value : m->most;
-            }
-        }
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* The values of every so many usable pixels of an exemplar. Returns how many. */
+static int32_t some_values(const making *m, const pave_image *image, int32_t most, double *values)
+{
+    int64_t n = (int64_t)image->width * image->height, each = n / (most / image->channels) + 1;
+    int32_t count = 0;
+    for (int64_t k = 0; k < n; k += each)
+        for (int32_t c = 0; c < image->channels; c++)
+            if (c != image->alpha && is_usable(m, image, (int32_t)(k % image->width), (int32_t)(k / image->width)))
+                values[count++] = shown(image, pv_image_value(image, k * image->channels + c));
+    return count;
+}
+
+/* The range of what is compared, for types without one of their own. A few values far out would leave nothing of it to
+ * all others: it reaches no further than its middle part of 99 in 100 values once more to either side. */
+static pave_result find_range(making *m, int32_t count)
+{
+    enum { MOST = 1 << 14, TAIL = 200 };
+    pave_result result = PAVE_OK;
+    int32_t n = 0;
+    double *values = pv_allocate(m->context, (size_t)count * MOST, sizeof *values, &result);
+    for (int32_t i = 0; i < count && !result; i++)
+        n += some_values(m, m->exemplars[i], MOST, values + n);
+    if (n) {
+        qsort(values, (size_t)n, sizeof *values, ascending);
+        double low = values[n / TAIL], high = values[n - 1 - n / TAIL], far = high - low;
+        m->least = far > 0 ? fmax(values[0], low - far) : values[0];
+        m->most = far > 0 ? fmin(values[n - 1], high + far) : values[n - 1];
     }
+    pv_release(values);
+    return result;
 }
 
 static int32_t compared(const making *m, const pave_image *image, int64_t index)
@@ -252,23 +271,34 @@ static double spread_of(const making *m, const pv_sheet *sheet, int32_t from, in
     return total > 0 ? total : 0;
 }
 
-/* The last value of every pixel: the distance to the joints, of a deviation 0.7 times that of the others. */
-static void store_joints(const making *m, const pv_sheet *sheet, const uint8_t *joint, const int32_t *distance)
+/* The last value of every pixel: the distance to the joints, of a deviation 0.7 times that of the others, and more
+ * where joints enclose stones. */
+static void store_distance(const making *m, const pv_sheet *sheet, const pv_joints *joints)
 {
     pv_bank *bank = m->bank;
-    int32_t at = bank->depth - 1, use = bank->depth > m->channels;
-    for (int pass = 0; pass < 1 + use; pass++) {
+    int32_t at = bank->depth - 1;
+    double weight = (joints->enclose ? 1.12 : 0.7) * m->params->joints;
+    for (int pass = 0; pass < 2; pass++) {
         double own = pass ? sqrt(spread_of(m, sheet, at, bank->depth)) : 0;
-        double factor = pass && own > 0 ? 0.7 * m->params->joints * sqrt(spread_of(m, sheet, 0, at)) / own : 8;
+        double factor = own > 0 ? weight * sqrt(spread_of(m, sheet, 0, at)) / own : 8;
         for (int32_t i = 0; i < sheet->width * sheet->height; i++) {
-            int32_t place = sheet->first + i / sheet->width * bank->stride + i % sheet->width, d = distance[i];
+            int32_t place = sheet->first + i / sheet->width * bank->stride + i % sheet->width;
+            int32_t d = joints->distance[i];
             d = d > JOINT_FAR ? JOINT_FAR : d < -JOINT_FAR / 2 ? -JOINT_FAR / 2 : d;
             double v = bank->white / 2 + floor(d * factor + 0.5);
-            bank->joint[place] = joint[i];
-            if (use)
-                bank->values[(int64_t)place * bank->depth + at] =
-                    (int16_t)(v < 0 ? 0 : v > bank->white ? bank->white : v);
+            bank->values[(int64_t)place * bank->depth + at] = (int16_t)(v < 0 ? 0 : v > bank->white ? bank->white : v);
         }
+    }
+}
+
+/* Two stones whose insides match would grow together: to cut through them costs 12 grey levels a px of depth. */
+static void store_stones(const making *m, const pv_sheet *sheet, const pv_joints *joints)
+{
+    double each = 12 * PV_COST_UNIT * m->params->joints / 3;
+    for (int32_t i = 0; i < sheet->width * sheet->height && joints->enclose; i++) {
+        int32_t place = sheet->first + i / sheet->width * m->bank->stride + i % sheet->width, d = joints->distance[i];
+        d = d > JOINT_FAR ? JOINT_FAR : d < 0 ? 0 : d;
+        m->bank->stone[place] = (int16_t)fmin(d * each, INT16_MAX);
     }
 }
 
@@ -276,16 +306,14 @@ static pave_result find_joints(const making *m, const pv_sheet *sheet, double *f
 {
     pv_bank *bank = m->bank;
     pv_grey grey = { sheet->width, sheet->height, bank->stride, bank->white, bank->bright + sheet->first };
-    size_t n = (size_t)sheet->width * (size_t)sheet->height;
-    pave_result result = PAVE_OK;
-    uint8_t *joint = pv_allocate(m->context, n, 1, &result);
-    int32_t *distance = result ? NULL : pv_allocate(m->context, n, sizeof *distance, &result);
-    if (!result)
-        result = pv_joints_find(m->context, &grey, joint, distance, feature);
-    if (!result)
-        store_joints(m, sheet, joint, distance);
-    pv_release(joint);
-    pv_release(distance);
+    pv_joints joints = { 0 };
+    pave_result result = pv_joints_find(m->context, &grey, &joints);
+    if (!result && bank->depth > m->channels) {
+        store_distance(m, sheet, &joints);
+        store_stones(m, sheet, &joints);
+    }
+    *feature = joints.feature;
+    pv_joints_free(&joints);
     return result;
 }
 
@@ -294,7 +322,7 @@ static void copy_place(pv_bank *bank, int32_t from, int32_t to)
     memcpy(bank->values + (int64_t)to * bank->depth, bank->values + (int64_t)from * bank->depth,
            (size_t)bank->depth * sizeof *bank->values);
     bank->bright[to] = bank->bright[from];
-    bank->joint[to] = bank->joint[from];
+    bank->stone[to] = bank->stone[from];
     bank->home[to] = bank->home[from];
 }
 
@@ -403,8 +431,9 @@ pave_result pv_bank_create(pave_context *context, const pave_image *const *exemp
     out->white = exemplars[0]->type == PAVE_U8 ? 255 : 4095;
     out->depth = m.channels + (params->mode != PAVE_TILING_PAPER && params->joints > 0);
     if (exemplars[0]->type != PAVE_U8)
-        find_range(&m, count);
-    result = place_sheets(&m, count);
+        result = find_range(&m, count);
+    if (!result)
+        result = place_sheets(&m, count);
     if (!result)
         result = allocate(&m);
     if (!result)

@@ -6,6 +6,7 @@
 #include <pave/tiling.h>
 
 enum { PV_MOST_EXEMPLARS = 16, PV_TURNS = 8, PV_BANK_SPARE = 16, PV_CELL = 8 };
+enum { PV_COST_UNIT = 16 }; /* costs are in 1/16 of a grey level of 255 */
 
 /* One exemplar in one way to lay it. */
 typedef struct pv_sheet {
@@ -30,7 +31,8 @@ typedef struct pv_bank {
     int32_t *home;     /* the upright sheet's place of the same exemplar's pixel */
     int32_t *cell;     /* the number of the PV_CELL x PV_CELL px of the exemplar that a place lies in */
     int32_t cells;
-    uint8_t *joint;    /* 1: in a joint */
+    int16_t *stone;    /* what a cut costs here that goes through a stone: more the further inside; 0 in joints, and
+                        * everywhere unless joints enclose stones */
     int plain;         /* all is usable, and of one colour */
     double contrast;   /* how much two pixels differ, against what is usual: 1 */
     double feature;    /* size of what the exemplars are made of, px; 0: not known */
@@ -55,16 +57,21 @@ static inline int pv_bank_clear(const pv_bank *bank, int32_t place, int32_t widt
     return sum[below + width - 1] - sum[below - 1] - sum[above + width] + sum[above] == 0;
 }
 
-/* joints.c: marks the dark lines, or else the bright ones, between stones in `bright`, a picture of one sheet, and
- * tells the size of the features. `joint` and `distance` (to the joints' border, in thirds of a px, negative inside)
- * are the picture's size. */
+/* joints.c: marks the dark lines, or else the bright ones, between stones in a picture of one sheet. */
 typedef struct pv_grey {
     int32_t width, height, stride, white;
     const int16_t *values;
 } pv_grey;
 
-pave_result pv_joints_find(pave_context *context, const pv_grey *grey, uint8_t *joint, int32_t *distance,
-                           double *feature);
+typedef struct pv_joints {
+    uint8_t *joint;    /* of the picture's size, as is */
+    int32_t *distance; /* to the joints' border, in thirds of a px, negative inside */
+    double feature;    /* size of the features, px; 0: not known */
+    int enclose;       /* joints enclose stones, but for gaps of a px or two */
+} pv_joints;
+
+pave_result pv_joints_find(pave_context *context, const pv_grey *grey, pv_joints *out);
+void pv_joints_free(pv_joints *joints);
 
 /* The sum of the squared sizes of the areas between joints. */
 pave_result pv_joints_areas(pave_context *context, int32_t width, int32_t height, const uint8_t *joint,

@@ -6,7 +6,7 @@
 
 #include <math.h>
 
-enum { PV_COST_UNIT = 16, PV_MUST = 1 << 28 }; /* costs are in 1/16 of a grey level of 255 */
+enum { PV_MUST = 1 << 28 };
 
 typedef struct pv_cut {
     pv_flow flow, coarse; /* of pixels, and of blocks of 2 x 2 */
@@ -35,7 +35,8 @@ int pv_band_taken(const pv_cut *cut, int32_t x, int32_t y);
 /* Lays the pixels taken. */
 void pv_cut_lay(const uint8_t *taken, pv_canvas *canvas, pv_area area, int32_t first);
 
-/* How two pixels of the bank differ. The root is IEEE's, and so the same everywhere. */
+/* How two pixels of the bank differ, and how deep inside of stones both are. The root is IEEE's, and so the same
+ * everywhere. */
 static inline int32_t pv_differ(const pv_bank *bank, int32_t i, int32_t j)
 {
     const int16_t *a = bank->values + (int64_t)i * bank->depth, *b = bank->values + (int64_t)j * bank->depth;
@@ -44,7 +45,8 @@ static inline int32_t pv_differ(const pv_bank *bank, int32_t i, int32_t j)
         int32_t d = a[k] - b[k];
         sum += d * d;
     }
-    return (int32_t)(sqrtf((float)sum) * (PV_COST_UNIT * 255.0f / (float)bank->white));
+    int32_t through = bank->stone[i] < bank->stone[j] ? bank->stone[i] : bank->stone[j];
+    return (int32_t)(sqrtf((float)sum) * (PV_COST_UNIT * 255.0f / (float)bank->white)) + through;
 }
 
 /* What it costs that a pixel comes from `a` and the next one, a step further, from `b`. */

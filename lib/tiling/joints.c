@@ -181,37 +181,87 @@ static pave_result measure(pave_context *context, int32_t n, const int32_t *dist
     return result;
 }
 
+/* Do joints enclose stones? Where there are none but for gaps of a px or two, what is further inside falls into
+ * several parts, none of which is most of it. */
+static pave_result enclose(pave_context *context, const pv_grey *grey, const int32_t *distance, int *out)
+{
+    enum { GAP = UNIT };
+    pave_result result = PAVE_OK;
+    int32_t n = grey->width * grey->height, all = 0, most = 0;
+    uint8_t *inside = pv_allocate_zeroed(context, (size_t)n, 2, &result), *seen = inside ? inside + n : NULL;
+    int32_t *queue = result ? NULL : pv_allocate(context, (size_t)n, sizeof *queue, &result);
+    for (int32_t i = 0; !result && i < n; i++)
+        all += inside[i] = distance[i] > GAP;
+    for (int32_t i = 0; !result && i < n; i++)
+        if (inside[i] && !seen[i]) {
+            int32_t count = flood(inside, grey->width, grey->height, i, seen, queue);
+            most = count > most ? count : most;
+        }
+    *out = most > 0 && 2 * most < all;
+    pv_release(inside);
+    pv_release(queue);
+    return result;
+}
+
 static pave_result try(pave_context *context, const pv_grey *grey, int sign, uint8_t *joint, double *largest)
 {
     pave_result result = mark(context, grey, sign, joint);
     return result ? result : clean(context, grey->width, grey->height, joint, largest);
 }
 
-pave_result pv_joints_find(pave_context *context, const pv_grey *grey, uint8_t *joint, int32_t *distance,
-                           double *feature)
+static pave_result find_distance(pave_context *context, const pv_grey *grey, const pv_joints *joints)
 {
+    pave_result result;
     int32_t n = grey->width * grey->height;
-    double dark = 1, light = 1;
-    pave_result result = PAVE_OK;
     int32_t *inner = pv_allocate(context, (size_t)n, sizeof *inner, &result);
-    if (!result)
-        result = try(context, grey, -1, joint, &light);
-    if (!result)
-        result = try(context, grey, 1, joint, &dark);
-    if (!result && light < 0.5 * dark) /* bright mortar */
-        result = try(context, grey, -1, joint, &light);
-    if (!result) {
-        spread(grey->width, grey->height, joint, 0, distance);
-        spread(grey->width, grey->height, joint, 1, inner);
-        for (int32_t i = 0; i < n; i++)
-            distance[i] = joint[i] ? -inner[i] : distance[i];
-        result = measure(context, n, distance, feature);
-        int32_t side = grey->width < grey->height ? grey->width : grey->height;
-        if ((light < 0.5 * dark ? light : dark) > OPEN && *feature > 0.4 * side)
-            *feature = 0;
-    }
+    if (!inner)
+        return result;
+    spread(grey->width, grey->height, joints->joint, 0, joints->distance);
+    spread(grey->width, grey->height, joints->joint, 1, inner);
+    for (int32_t i = 0; i < n; i++)
+        joints->distance[i] = joints->joint[i] ? -inner[i] : joints->distance[i];
     pv_release(inner);
+    return PAVE_OK;
+}
+
+/* Dark joints, or bright mortar where that closes far better. */
+static pave_result find(pave_context *context, const pv_grey *grey, pv_joints *out)
+{
+    int32_t n = grey->width * grey->height, side = grey->width < grey->height ? grey->width : grey->height;
+    double dark = 1, light = 1;
+    pave_result result = try(context, grey, -1, out->joint, &light);
+    if (!result)
+        result = try(context, grey, 1, out->joint, &dark);
+    if (!result && light < 0.5 * dark)
+        result = try(context, grey, -1, out->joint, &light);
+    if (!result)
+        result = find_distance(context, grey, out);
+    if (!result)
+        result = measure(context, n, out->distance, &out->feature);
+    if ((light < 0.5 * dark ? light : dark) > OPEN && out->feature > 0.4 * side)
+        out->feature = 0;
+    return result ? result : enclose(context, grey, out->distance, &out->enclose);
+}
+
+pave_result pv_joints_find(pave_context *context, const pv_grey *grey, pv_joints *out)
+{
+    pave_result result = PAVE_OK;
+    size_t n = (size_t)grey->width * (size_t)grey->height;
+    memset(out, 0, sizeof *out);
+    out->joint = pv_allocate(context, n, 1, &result);
+    out->distance = result ? NULL : pv_allocate(context, n, sizeof *out->distance, &result);
+    if (!result)
+        result = find(context, grey, out);
+    if (result)
+        pv_joints_free(out);
     return result;
+}
+
+void pv_joints_free(pv_joints *joints)
+{
+    pv_release(joints->joint);
+    pv_release(joints->distance);
+    memset(joints, 0, sizeof *joints);
 }
 
 pave_result pv_joints_areas(pave_context *context, int32_t width, int32_t height, const uint8_t *joint,

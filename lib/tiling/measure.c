@@ -16,10 +16,11 @@ typedef struct judging {
     pave_tiling_measure *out;
 } judging;
 
+/* What is no number counts as 0, and what is far beyond white as 256 times as bright. */
 static double to_255(const pave_image *image, int64_t index)
 {
     double value = pv_image_value(image, index);
-    return isfinite(value) ? 255 * value : 0;
+    return isfinite(value) ? 255 * fmax(fmin(value, 256), -256) : 0;
 }
 
 static pave_result read_picture(pave_context *context, const pave_image *image, pv_picture *out)
@@ -348,27 +349,25 @@ static pave_result find_stones(pave_context *context, const pv_picture *p, int32
     pave_result result = PAVE_OK;
     size_t n = (size_t)width * (size_t)height;
     int16_t *bright = pv_allocate(context, n, sizeof *bright, &result);
-    int32_t *distance = result ? NULL : pv_allocate(context, n, sizeof *distance, &result);
-    uint8_t *joint = result ? NULL : pv_allocate(context, n, 1, &result);
     for (size_t i = 0; i < n && !result; i++) {
         size_t x = (size_t)left + i % (size_t)width, y = (size_t)top + i / (size_t)width;
         const float *rgb = p->rgb + RGB * (y * (size_t)p->width + x);
         bright[i] = (int16_t)((rgb[0] + rgb[1] + rgb[2]) / RGB);
     }
     pv_grey grey = { width, height, width, 255, bright };
-    double feature, squares = 0;
-    int64_t joints = 0;
+    pv_joints joints = { 0 };
+    double squares = 0;
+    int64_t count = 0;
     if (!result)
-        result = pv_joints_find(context, &grey, joint, distance, &feature);
+        result = pv_joints_find(context, &grey, &joints);
     if (!result)
-        result = pv_joints_areas(context, width, height, joint, &squares);
+        result = pv_joints_areas(context, width, height, joints.joint, &squares);
     for (size_t i = 0; i < n && !result; i++)
-        joints += joint[i];
-    out->share += (double)joints / (double)n;
-    out->size += n > (size_t)joints ? squares / ((double)n - (double)joints) : 0;
+        count += joints.joint[i];
+    out->share += (double)count / (double)n;
+    out->size += n > (size_t)count ? squares / ((double)n - (double)count) : 0;
     pv_release(bright);
-    pv_release(distance);
-    pv_release(joint);
+    pv_joints_free(&joints);
     return result;
 }
 

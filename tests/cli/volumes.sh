@@ -2,7 +2,7 @@
 # pave solid as its users meet it: formats, measurements, meshes, exit codes; the independent judge's bars where there
 # are the shared data.
 set -eu
-build=$(cd "$2" && pwd)
+root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
 pave=$build/bin/pave
 work=$(mktemp -d "${TMPDIR:-/tmp}/pave solid.XXXXXX")
 trap 'rm -rf "$work"' EXIT
@@ -108,6 +108,7 @@ END
 "$pave" solid concrete.png --size 64,64,64 -o concrete.nrrd -q
 /usr/bin/python3 "$shared/check/check_volume.py" concrete.png concrete.nrrd --max-emd 0.05 --max-s2_rmse 0.025 \
   --max-cov_error 0.07 --min-sharpness 0.85 --max-sharpness 1.15 --max-slice_swd 9 >said || fail "concrete: $(cat said)"
+/usr/bin/python3 "$root/tests/cli/true_volumes.py" "$pave" "$shared" . >said || fail "$(cat said)"
 # the same measures as the judge's
 "$pave" solid granite.png --size 24,24,24 -o g.nrrd --json -q >report.json
 /usr/bin/python3 "$shared/check/check_volume.py" granite.png g.nrrd --json >judged.json

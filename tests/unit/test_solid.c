@@ -92,6 +92,42 @@ static void threads_do_not_matter(void **state)
     }
 }
 
+static int is_outer(int32_t x, int32_t size)
+{
+    return x < 2 || x >= size - 2;
+}
+
+/* How much of the outermost two layers, and of all else, is background. */
+static void measure_layers(const pave_volume *v, double share[2])
+{
+    const uint8_t *values = pave_volume_values(v);
+    int32_t w = pave_volume_width(v), h = pave_volume_height(v), d = pave_volume_depth(v), count[2][2] = { { 0 } };
+    for (int32_t i = 0; i < w * h * d; i++)
+        count[is_outer(i % w, w) || is_outer(i / w % h, h) || is_outer(i / w / h, d)][values[i] == 0]++;
+    for (int i = 0; i < 2; i++)
+        share[i] = (double)count[i][1] / (count[i][0] + count[i][1]);
+}
+
+/* What is hard to place must not gather where fewer neighbours have a say. */
+static void the_surface_is_as_the_inside(void **state)
+{
+    double wanted = 0, share[2];
+    pave_context *c = *state;
+    pave_image *sample = make_sample(c, 1, PAVE_U8);
+    pave_solid_params p = PAVE_SOLID_PARAMS_INIT;
+    if (THREAD_SANITIZED)
+        skip(); /* slow, and nothing new to it */
+    for (int32_t i = 0; i < SAMPLE * SAMPLE; i++)
+        wanted += disc_value(i % SAMPLE, i / SAMPLE) == 0 ? 1.0 / (SAMPLE * SAMPLE) : 0;
+    p.width = p.height = p.depth = 24;
+    p.seed = 2;
+    pave_volume *v = make(c, sample, &p);
+    measure_layers(v, share);
+    assert_true(fabs(share[0] - wanted) < 0.015 && fabs(share[1] - wanted) < 0.015);
+    pave_volume_free(&v);
+    pave_image_free(&sample);
+}
+
 /* The compute shaders, where there is a device: every mode, measurements, colours, layers, a period. */
 static void a_device_makes_the_same(void **state)
 {
@@ -688,6 +724,7 @@ int main(void)
         cmocka_unit_test(measurements_are_kept),
         cmocka_unit_test(slices_and_partial_volumes_are_kept),
         cmocka_unit_test(best_mode_beats_the_paper),
+        cmocka_unit_test(the_surface_is_as_the_inside),
         cmocka_unit_test(periodic_sides_fit),
         cmocka_unit_test(layers_stay_layers),
         cmocka_unit_test(vectors_and_deep_values_come_from_the_sample),

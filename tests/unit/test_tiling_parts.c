@@ -164,6 +164,31 @@ static void flanks_are_no_peaks(void **state)
     assert_true(repeat < 0.3); /* at 17 px it is about 0.5 */
 }
 
+/* Cells of 16 px with dark lines between; of every `open`-th row of cells the upright lines are left out. */
+static int encloses(pave_context *context, int32_t open, int32_t noise)
+{
+    enum { SIDE = 96, CELL = 16 };
+    int16_t bright[SIDE * SIDE];
+    pv_joints joints;
+    for (int32_t i = 0; i < SIDE * SIDE; i++) {
+        int32_t x = i % SIDE, y = i / SIDE;
+        int across = y % CELL < 2, up = (x + y / CELL * 5) % CELL < 2 && (!open || y / CELL % open);
+        bright[i] = (int16_t)(noise ? (int32_t)(draw(7, i, 0) % 200) : (across && !open) || up ? 20 : 150 + x % 3);
+    }
+    pv_grey grey = { SIDE, SIDE, SIDE, 255, bright };
+    assert_ok(pv_joints_find(context, &grey, &joints));
+    int result = joints.enclose;
+    pv_joints_free(&joints);
+    return result;
+}
+
+static void joints_enclose_or_not(void **state)
+{
+    assert_true(encloses(*state, 0, 0));
+    assert_false(encloses(*state, 2, 0));
+    assert_false(encloses(*state, 0, 1));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -172,6 +197,7 @@ int main(void)
         cmocka_unit_test(even_places_are_an_even_way_off),
         cmocka_unit_test(the_sliced_distance_of_plain_pictures),
         cmocka_unit_test(flanks_are_no_peaks),
+        cmocka_unit_test(joints_enclose_or_not),
     };
     return cmocka_run_group_tests(tests, open_context, close_context);
 }
