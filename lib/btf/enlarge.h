@@ -86,8 +86,8 @@ pave_result pv_enlarge_force(pv_enlarge *e, const float *before, const float *af
 
 enum { PV_OCTAVES = 4 };
 
-/* The power of each octave of each coefficient, [octave][coefficient]. */
-pave_result pv_enlarge_octaves(const pv_enlarge *e, const pv_texels *t, double *power);
+/* The power of each octave of each coefficient, [octave][coefficient]: of the sample, and of the whole. */
+pave_result pv_enlarge_octaves(const pv_enlarge *e, double *own, double *made);
 
 /* Scales the octaves of each coefficient of the whole until their power is that of the sample. */
 pave_result pv_enlarge_sharpen(pv_enlarge *e);

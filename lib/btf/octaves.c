@@ -109,24 +109,26 @@ static pave_result take_apart(pave_context *context, pv_texels *t, const double 
     return result;
 }
 
-pave_result pv_enlarge_octaves(const pv_enlarge *e, const pv_texels *t, double *power)
+pave_result pv_enlarge_octaves(const pv_enlarge *e, double *own, double *made)
 {
-    return take_apart(e->context, &(pv_texels){ t->width, t->height, t->channels, t->values }, NULL, power);
+    pv_texels known = e->known, whole = e->made;
+    pave_result result = take_apart(e->context, &known, NULL, own);
+    return result ? result : take_apart(e->context, &whole, NULL, made);
 }
 
 pave_result pv_enlarge_sharpen(pv_enlarge *e)
 {
     int32_t count = PV_OCTAVES * e->coefficients;
     pave_result result = PAVE_OK;
-    double *own = pv_allocate(e->context, 2 * (size_t)count, sizeof *own, &result), *made = own ? own + count : NULL;
+    double *power = pv_allocate(e->context, 2 * (size_t)count, sizeof *power, &result);
     if (!result)
-        result = pv_enlarge_octaves(e, &e->known, own);
+        result = pv_enlarge_octaves(e, power, power + count);
+    for (int32_t i = 0; i < count && !result; i++) {
+        double own = power[i], made = power[count + i];
+        power[i] = made > 0 ? fmin(fmax(sqrt(own / made), 1 / most_gain), most_gain) : 1;
+    }
     if (!result)
-        result = pv_enlarge_octaves(e, &e->made, made);
-    for (int32_t i = 0; i < count && !result; i++)
-        own[i] = made[i] > 0 ? fmin(fmax(sqrt(own[i] / made[i]), 1 / most_gain), most_gain) : 1;
-    if (!result)
-        result = take_apart(e->context, &e->made, own, NULL);
-    pv_release(own);
+        result = take_apart(e->context, &e->made, power, NULL);
+    pv_release(power);
     return result;
 }

@@ -29,11 +29,9 @@ static pave_result spectrum_distance(const pv_enlarge *e, double *out)
     int32_t count = PV_OCTAVES * e->coefficients;
     double sum = 0;
     pave_result result = PAVE_OK;
-    double *own = pv_allocate(e->context, 2 * (size_t)count, sizeof *own, &result), *made = own ? own + count : NULL;
+    double *own = pv_allocate(e->context, 2 * (size_t)count, sizeof *own, &result), *made = own;
     if (!result)
-        result = pv_enlarge_octaves(e, &e->known, own);
-    if (!result)
-        result = pv_enlarge_octaves(e, &e->made, made);
+        result = pv_enlarge_octaves(e, own, made += count);
     for (int32_t o = 0; o < PV_OCTAVES && !result; o++) {
         double a = 0, b = 0;
         for (int32_t k = o * e->coefficients; k < (o + 1) * e->coefficients; k++) {

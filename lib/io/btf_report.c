@@ -18,11 +18,6 @@ typedef struct telling {
     int as_json;
 } telling;
 
-static void put(void *user, const char *text, size_t length)
-{
-    pv_output_bytes(user, text, length);
-}
-
 static void tell(telling *t, const char *name, double value, const char *words)
 {
     char number[40], line[200];
@@ -206,7 +201,7 @@ static pave_result write_telling(pave_context *context, const char *path, const 
     pave_result result = pv_output_open(context, path, 0, &t.output);
     if (result)
         return result;
-    pv_json_begin(&t.json, put, t.output);
+    pv_json_begin(&t.json, pv_output_put, t.output);
     if (t.as_json)
         pv_json_object(&t.json, NULL);
     if (of->diagnosis)

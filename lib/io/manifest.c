@@ -20,11 +20,6 @@ pv_rect pv_manifest_window(const pv_manifest *m, int32_t k)
                       (int32_t)(h * (row + 1) / m->rows) - top };
 }
 
-static void put(void *user, const char *text, size_t length)
-{
-    pv_output_bytes(user, text, length);
-}
-
 enum { WINDOW_TEXT = 64 };
 
 static void window_text(const pv_manifest *m, int32_t k, char text[WINDOW_TEXT])
@@ -53,7 +48,7 @@ pave_result pv_manifest_write(pave_context *context, const pv_manifest *m, const
     if (result)
         return result;
     snprintf(hash, sizeof hash, "%016llx", (unsigned long long)m->hash);
-    pv_json_begin(&json, put, output);
+    pv_json_begin(&json, pv_output_put, output);
     pv_json_object(&json, NULL);
     pv_json_string(&json, "pave", pave_version());
     pv_json_string(&json, "drawing", m->drawing);

@@ -92,11 +92,6 @@ static pave_result write_map(const writing *w, int32_t which)
     return result;
 }
 
-static void put(void *user, const char *text, size_t length)
-{
-    pv_output_bytes(user, text, length);
-}
-
 static void put_report(const writing *w, pv_json *json)
 {
     const pave_maps *maps = w->maps;
@@ -128,7 +123,7 @@ static pave_result write_report(const writing *w)
     pave_result result = pv_output_open(w->context, path, 0, &output);
     if (result)
         return result;
-    pv_json_begin(&json, put, output);
+    pv_json_begin(&json, pv_output_put, output);
     put_report(w, &json);
     return pv_output_close(output, PAVE_OK);
 }

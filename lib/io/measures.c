@@ -99,15 +99,10 @@ void pv_json_measures(pv_json *json, const char *key, const pave_stones_measures
     pv_json_close(json);
 }
 
-static void put(void *user, const char *text, size_t length)
-{
-    pv_output_bytes(user, text, length);
-}
-
 static void put_json(pv_output *output, const pave_stones_measures *measures)
 {
     pv_json json;
-    pv_json_begin(&json, put, output);
+    pv_json_begin(&json, pv_output_put, output);
     pv_json_measures(&json, NULL, measures);
 }
 

@@ -234,6 +234,11 @@ void pv_output_bytes(pv_output *output, const void *bytes, size_t size)
     }
 }
 
+void pv_output_put(void *output, const char *text, size_t length)
+{
+    pv_output_bytes(output, text, length);
+}
+
 void pv_output_text(pv_output *output, const char *text)
 {
     pv_output_bytes(output, text, strlen(text));

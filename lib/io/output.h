@@ -11,6 +11,10 @@ typedef struct pv_output pv_output;
 pave_result pv_output_open(pave_context *context, const char *path, int seeks, pv_output **out);
 
 void pv_output_bytes(pv_output *output, const void *bytes, size_t size);
+
+/* Takes what pv_json writes; `output` is a pv_output. */
+void pv_output_put(void *output, const char *text, size_t length);
+
 void pv_output_text(pv_output *output, const char *text);
 void pv_output_whole(pv_output *output, int64_t value);
 void pv_output_thousandths(pv_output *output, int64_t value);

@@ -15,11 +15,6 @@
 #include <stdio.h>
 #include <string.h>
 
-static void put(void *user, const char *text, size_t length)
-{
-    pv_output_bytes(user, text, length);
-}
-
 static void put_areas(pv_json *json, const pave_report *report)
 {
     pv_json_object(json, "areas");
@@ -168,7 +163,7 @@ pave_result pv_report_write(pave_context *context, pv_pile *pile, const char *pa
         result = pv_output_open(context, path, 0, &output);
     if (result)
         return result;
-    pv_json_begin(&json, put, output);
+    pv_json_begin(&json, pv_output_put, output);
     pv_json_object(&json, NULL);
     if (stones->mosaic) {
         put_mosaic(&json, stones);

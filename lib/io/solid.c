@@ -10,11 +10,6 @@
 #include <errno.h>
 #include <string.h>
 
-static void put(void *user, const char *text, size_t length)
-{
-    pv_output_bytes(user, text, length);
-}
-
 static void put_volume(pv_json *json, const pave_volume *volume)
 {
     pv_json_string(json, "pave", pave_version());
@@ -77,7 +72,7 @@ pave_result pave_solid_measure_write(pave_context *context, const pave_volume *v
     memcpy(&measure, given, given->size < sizeof measure ? given->size : sizeof measure);
     pave_result result = pv_output_open(context, path, 0, &output);
     if (!result) {
-        pv_json_begin(&json, put, output);
+        pv_json_begin(&json, pv_output_put, output);
         pv_json_object(&json, NULL);
         put_volume(&json, volume);
         put_making(&json, volume);

@@ -7,11 +7,6 @@
 
 #include <errno.h>
 
-static void put(void *user, const char *text, size_t length)
-{
-    pv_output_bytes(user, text, length);
-}
-
 static void put_groups(pv_json *json, const pave_statistics_report *r)
 {
     pv_json_object(json, "groups");
@@ -59,7 +54,7 @@ pave_result pave_statistics_write(pave_context *context, const pave_statistics *
     pv_output *output;
     pave_result result = pv_output_open(context, path, 0, &output);
     if (!result) {
-        pv_json_begin(&json, put, output);
+        pv_json_begin(&json, pv_output_put, output);
         put_report(&json, wanted, params, report);
         result = pv_output_close(output, PAVE_OK);
     }

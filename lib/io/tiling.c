@@ -7,11 +7,6 @@
 
 #include <errno.h>
 
-static void put(void *user, const char *text, size_t length)
-{
-    pv_output_bytes(user, text, length);
-}
-
 static void put_measure(pv_json *json, const pave_tiling_measure *m)
 {
     pv_json_object(json, "measure");
@@ -90,7 +85,7 @@ pave_result pave_tiling_write(pave_context *context, const pave_tiling *tiling, 
     pv_output *output;
     pave_result result = pv_output_open(context, path, 0, &output);
     if (!result) {
-        pv_json_begin(&json, put, output);
+        pv_json_begin(&json, pv_output_put, output);
         put_tiling(&json, tiling, measure);
         result = pv_output_close(output, PAVE_OK);
     }

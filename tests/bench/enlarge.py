@@ -58,8 +58,9 @@ class Studio(Laboratory):
         out, report = self.ffi.new("pave_btf **"), self.ffi.new("pave_btf_enlargement *")
         report.size = self.ffi.sizeof(report[0])
         null = self.ffi.NULL
+        fields.setdefault("passes", 2)
         if self.c.pave_btf_enlarge(self.context, sample, photographs or null, plan or null, mean or null,
-                                   self.params("pave_btf_enlarge_params", type=5, passes=2, **fields), out, report):
+                                   self.params("pave_btf_enlarge_params", type=5, **fields), out, report):
             raise RuntimeError(self.ffi.string(self.c.pave_context_message(self.context)).decode())
         return out[0], report
 
@@ -242,7 +243,7 @@ def study(studio, name, options):
     for of, pairs in sets.items():
         run(of, pairs, "best")
         run(of, pairs, "look", aim=1)
-        for stage in (1, 2, 3) if of != "planned" or options.all else (1,):
+        for stage in (1, 2, 3) if options.all else (1,):
             run(of, pairs, f"paper {stage}", mode=1, stage=stage)
         given = guides(pairs)
         seen = given[first:first + options.sample, first:first + options.sample]
@@ -271,7 +272,7 @@ def main():
     parser.add_argument("--classes", default="tile,grooved,gravel")
     parser.add_argument("--sample", type=int, default=128)
     parser.add_argument("--whole", type=int, default=256)
-    parser.add_argument("--all", action="store_true")
+    parser.add_argument("--all", action="store_true", help="all stages of the paper, not just Texture Optimization")
     parser.add_argument("--json")
     options = parser.parse_args()
     studio = Studio(pathlib.Path(options.build) / "lib" / "libpave.so", 2)
