@@ -386,7 +386,8 @@ typedef struct pave_btf_enlargement {
     double missed;     /* root mean square of what the photographs show and the result does not */
     double sharpness;  /* mean square difference of neighbours over the sample's: below 1 is blurred */
     double spectrum;   /* root mean square logarithm of the power of octaves over the sample's */
-    double statistics; /* relative distance of Portilla and Simoncelli's statistics from the sample's */
+    double statistics; /* relative distance of Portilla and Simoncelli's statistics from the sample's. These three are 0
+                          if the sample is plain */
 } pave_btf_enlargement;
 
 /* Makes the BTF of a large piece of material from a complete one of a small region, `sample`, and photographs of all of

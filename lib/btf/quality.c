@@ -6,6 +6,8 @@
 
 enum { JUDGED = 4 };
 
+static const double least_roughness = 1e-6;
+
 /* Mean square difference of neighbours, all coefficients together: that of all textures, for eigen-ABRDFs are
  * orthonormal. */
 static double roughness(const pv_texels *t)
@@ -21,6 +23,15 @@ static double roughness(const pv_texels *t)
             }
         }
     return count ? sum / (double)count : 0;
+}
+
+static double mean_square(const pv_texels *t)
+{
+    double sum = 0;
+    int64_t count = pv_texels_count(t) * t->channels;
+    for (int64_t i = 0; i < count; i++)
+        sum += (double)t->values[i] * (double)t->values[i];
+    return sum * t->channels / (double)count;
 }
 
 /* All coefficients together, octave by octave. */
@@ -120,10 +131,13 @@ pave_result pv_enlarge_judge(const pv_enlarge *e, pave_btf_enlargement *report)
     found.explained = e->left > 0 ? 1 - e->left : 0;
     found.expected = e->left > 0 ? sqrt(missed + found.least * found.least) : 0;
     found.missed = photographs_missed(e);
-    found.sharpness = own > 0 ? roughness(&e->made) / own : 0;
-    pave_result result = spectrum_distance(e, &found.spectrum);
-    if (!result)
-        result = statistics_distance(e, &found.statistics);
+    pave_result result = PAVE_OK;
+    if (own > least_roughness * mean_square(&e->known)) { /* of a plain sample nothing can be told */
+        found.sharpness = roughness(&e->made) / own;
+        result = spectrum_distance(e, &found.spectrum);
+        if (!result)
+            result = statistics_distance(e, &found.statistics);
+    }
     size_t size = report->size;
     memcpy(report, &found, size < sizeof found ? size : sizeof found);
     report->size = size;
