@@ -82,21 +82,13 @@ typedef struct windows {
     pv_texels *out;
 } windows;
 
-/* Beyond the border texels are mirrored. */
-static int32_t mirrored(int32_t i, int32_t count)
-{
-    while (i < 0 || i >= count)
-        i = i < 0 ? -i : 2 * (count - 1) - i;
-    return i;
-}
-
 static void copy_window(const windows *w, int64_t texel, float *out)
 {
     const pv_texels *g = w->guides;
     int32_t x = (int32_t)(texel % g->width), y = (int32_t)(texel / g->width);
     for (int32_t i = 0; i < WINDOW; i++) {
-        int64_t row = g->height > 1 ? mirrored(y + i / SIDE - REACH, g->height) : 0;
-        int64_t column = g->width > 1 ? mirrored(x + i % SIDE - REACH, g->width) : 0;
+        int64_t row = pv_mirrored(y + i / SIDE - REACH, g->height);
+        int64_t column = pv_mirrored(x + i % SIDE - REACH, g->width);
         const float *from = g->values + (row * g->width + column) * g->channels;
         for (int32_t c = 0; c < g->channels; c++)
             *out++ = from[c] * w->weight[i];

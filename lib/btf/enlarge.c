@@ -44,12 +44,10 @@ enum { LEAST_SIDE = 16 };
 static pave_result check_sample(const pv_enlarge *e)
 {
     const pave_btf *s = e->sample;
-    if (s->width < LEAST_SIDE || s->height < LEAST_SIDE || s->width < 2 * e->params->neighbourhood ||
-        s->height < 2 * e->params->neighbourhood)
+    int32_t windows = 2 * e->params->neighbourhood, least = windows > LEAST_SIDE ? windows : LEAST_SIDE;
+    if (s->width < least || s->height < least)
         return pv_fail(e->context, PAVE_ERR_ARGUMENT, "the sample has %d x %d texels: too few, for %d x %d are needed",
-                       (int)s->width, (int)s->height, LEAST_SIDE > 2 * e->params->neighbourhood ? LEAST_SIDE :
-                       (int)(2 * e->params->neighbourhood), LEAST_SIDE > 2 * e->params->neighbourhood ? LEAST_SIDE :
-                       (int)(2 * e->params->neighbourhood));
+                       (int)s->width, (int)s->height, (int)least, (int)least);
     for (int64_t p = 0; p < (int64_t)s->views.count * s->lights.count && s->missing; p++)
         if (s->missing[p])
             return pv_fail(e->context, PAVE_ERR_ARGUMENT, "the sample lacks pairs of view and light: it must be "

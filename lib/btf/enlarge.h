@@ -18,6 +18,14 @@ static inline int64_t pv_texels_count(const pv_texels *t)
     return (int64_t)t->width * t->height;
 }
 
+/* Beyond the borders texels are mirrored. */
+static inline int64_t pv_mirrored(int64_t i, int64_t count)
+{
+    while (count > 1 && (i < 0 || i >= count))
+        i = i < 0 ? -i : 2 * (count - 1) - i;
+    return count > 1 ? i : 0;
+}
+
 /* A guide is one plane (log Y, U/Y or V/Y) of one photograph. What it shows of a texel hangs on the coefficients of
  * that plane: row . coefficients + offset, but for an error of this variance. */
 typedef struct pv_guide {

@@ -33,20 +33,6 @@ static pave_result list_pairs(pv_enlarge *e, const int32_t *view, const int32_t 
     return result;
 }
 
-static pave_result mark_plan(const pv_enlarge *e, uint8_t *wanted)
-{
-    int32_t count = e->params->samples ? e->params->samples : e->plan->count;
-    if (count > e->plan->count)
-        return pv_fail(e->context, PAVE_ERR_ARGUMENT, "%d samples of a plan that has %d", (int)count,
-                       (int)e->plan->count);
-    for (int32_t i = 0; i < count; i++) {
-        if (e->plan->view[i] >= e->photos->views.count || e->plan->light[i] >= e->photos->lights.count)
-            return pv_fail(e->context, PAVE_ERR_ARGUMENT, "the plan is of more directions than the photographs have");
-        wanted[(int64_t)e->plan->view[i] * e->photos->lights.count + e->plan->light[i]] = 1;
-    }
-    return PAVE_OK;
-}
-
 static pave_result find_pairs(pv_enlarge *e)
 {
     const pave_btf *photos = e->photos;
@@ -62,7 +48,8 @@ static pave_result find_pairs(pv_enlarge *e)
     if (!result)
         result = pv_directions_match(e->context, "the sample", "light", &photos->lights, &e->sample->lights, light);
     if (!result && e->plan)
-        result = mark_plan(e, wanted);
+        result = pv_plan_mark(e->context, e->plan, e->params->samples, "the photographs have", photos->views.count,
+                              photos->lights.count, wanted);
     if (!result)
         result = list_pairs(e, view, light, wanted);
     pv_release(view);
@@ -98,7 +85,7 @@ static void under_even_light(const pv_enlarge *e, int64_t texel, float *room, fl
 typedef struct showing {
     pv_enlarge *e;
     float *room; /* a texel from one view, for each worker */
-    uint8_t *bad; /* [texel of the whole]: one over the photograph's number whose sample is no number */
+    uint8_t *bad; /* [texel of the whole]: some photograph has no number there */
 } showing;
 
 static void show_sample(void *data, int32_t texel, int32_t worker)

@@ -22,19 +22,6 @@ static void list_pairs(pv_rebuild *r, const int32_t *view, const int32_t *light,
         }
 }
 
-static pave_result mark_plan(const pv_rebuild *r, const pave_btf_plan *plan, uint8_t *wanted)
-{
-    int32_t count = r->params->samples ? r->params->samples : plan->count;
-    if (count > plan->count)
-        return pv_fail(r->context, PAVE_ERR_ARGUMENT, "%d samples of a plan that has %d", (int)count, (int)plan->count);
-    for (int32_t i = 0; i < count; i++) {
-        if (plan->view[i] >= r->model->views.count || plan->light[i] >= r->model->lights.count)
-            return pv_fail(r->context, PAVE_ERR_ARGUMENT, "the plan is of more directions than the model has");
-        wanted[(int64_t)plan->view[i] * r->model->lights.count + plan->light[i]] = 1;
-    }
-    return PAVE_OK;
-}
-
 static pave_result find_pairs(pv_rebuild *r, const pave_btf_plan *plan)
 {
     pave_context *context = r->context;
@@ -55,7 +42,8 @@ static pave_result find_pairs(pv_rebuild *r, const pave_btf_plan *plan)
     if (!result)
         result = pv_directions_match(context, "the model", "light", &r->sparse->lights, &r->model->lights, light);
     if (!result && plan)
-        result = mark_plan(r, plan, wanted);
+        result = pv_plan_mark(context, plan, r->params->samples, "the model has", r->model->views.count,
+                              r->model->lights.count, wanted);
     if (!result)
         list_pairs(r, view, light, wanted);
     pv_release(view);

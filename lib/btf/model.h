@@ -65,6 +65,11 @@ struct pave_btf_plan {
 pave_result pv_plan_new(pave_context *context, const pv_directions *views, const pv_directions *lights,
                         const int32_t *pairs, int32_t count, pave_btf_plan **out);
 
+/* Marks the first `samples` pairs of a plan, 0: all, in `wanted`, [view][light]. PAVE_ERR_ARGUMENT if it has not so
+ * many, or is of more directions than what `holder` names ("the model has"). */
+pave_result pv_plan_mark(pave_context *context, const pave_btf_plan *plan, int32_t samples, const char *holder,
+                         int32_t views, int32_t lights, uint8_t *wanted);
+
 /* A model without bases. */
 pave_result pv_model_new(pave_context *context, int32_t planes, const pave_direction *views, int32_t view_count,
                          const pave_direction *lights, int32_t light_count, pave_btf_model **out);

@@ -19,20 +19,13 @@ typedef struct apart {
     double *power;       /* [row][channel], of the octave */
 } apart;
 
-static int64_t mirrored(int64_t i, int64_t count)
-{
-    while (count > 1 && (i < 0 || i >= count))
-        i = i < 0 ? -i : 2 * (count - 1) - i;
-    return count > 1 ? i : 0;
-}
-
 /* The mean of five texels that lie `step` values apart along an axis; `at` is the middle one's place on it. */
 static void smooth(const float *from, int64_t at, int64_t count, int64_t gap, int64_t step, int32_t channels, float *to)
 {
     static const float weight[5] = { 0.0625f, 0.25f, 0.375f, 0.25f, 0.0625f };
     const float *tap[5];
     for (int64_t i = 0; i < 5; i++)
-        tap[i] = from + (mirrored(at + (i - 2) * gap, count) - at) * step;
+        tap[i] = from + (pv_mirrored(at + (i - 2) * gap, count) - at) * step;
     for (int32_t c = 0; c < channels; c++)
         to[c] = weight[0] * tap[0][c] + weight[1] * tap[1][c] + weight[2] * tap[2][c] + weight[3] * tap[3][c] +
                 weight[4] * tap[4][c];

@@ -56,6 +56,20 @@ pave_result pv_plan_new(pave_context *context, const pv_directions *views, const
     return PAVE_OK;
 }
 
+pave_result pv_plan_mark(pave_context *context, const pave_btf_plan *plan, int32_t samples, const char *holder,
+                         int32_t views, int32_t lights, uint8_t *wanted)
+{
+    int32_t count = samples ? samples : plan->count;
+    if (count > plan->count)
+        return pv_fail(context, PAVE_ERR_ARGUMENT, "%d samples of a plan that has %d", (int)count, (int)plan->count);
+    for (int32_t i = 0; i < count; i++) {
+        if (plan->view[i] >= views || plan->light[i] >= lights)
+            return pv_fail(context, PAVE_ERR_ARGUMENT, "the plan is of more directions than %s", holder);
+        wanted[(int64_t)plan->view[i] * lights + plan->light[i]] = 1;
+    }
+    return PAVE_OK;
+}
+
 /* The first that is no pair of the BTF's, or was there before; `count` if all are fine. */
 static int32_t first_wrong(const pave_btf *btf, const int32_t *views, const int32_t *lights, int32_t count,
                            uint8_t *taken, int32_t *pairs)
