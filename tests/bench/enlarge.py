@@ -202,20 +202,59 @@ def baselines(truth, known, seen, given, first):
 
 # ---- A class ----
 
-def study(studio, name, options):
+COUNTS = 1, 2, 4, 10, 20, 40
+
+
+def even_light(studio, scene, whole):
+    """The picture from the top view under all lights at once (Eq. 10)."""
+    mean = numpy.zeros((whole, whole, 3), numpy.float32)
+    picture = numpy.empty_like(mean)
+    for light in range(151):
+        studio.c.pave_btf_texture(scene, 0, light, studio.ffi.from_buffer("float[]", picture))
+        mean += picture / 151
+    return studio.picture(mean)
+
+
+def jobs(kinds, sets, nested):
+    """(photographs, their pairs or None, label, parameters) of every run."""
+    counted = {f"random {n}": nested[:n] for n in COUNTS}
+    for of, pairs in list(sets.items()) + [("mean", None)]:
+        if "paper" in kinds:
+            yield of, pairs, "paper 1", dict(mode=1, stage=1)
+        if "best" in kinds:
+            yield of, pairs, "best", {}
+        if "look" in kinds and pairs:
+            yield of, pairs, "look", dict(aim=1)
+    for of, pairs in counted.items():
+        if "best" in kinds and len(pairs) not in (1, 10):
+            yield of, pairs, "best", {}
+        if "forced" in kinds:
+            yield of, pairs, "paper 3", dict(mode=1, stage=3)
+        if "forced" in kinds and len(pairs) in (1, 10):
+            yield of, pairs, "paper 2", dict(mode=1, stage=2)
+
+
+def study(studio, name, options, row, keep):
+    kinds = options.kinds.split(",")
     first = (options.whole - options.sample) // 2
     scene = studio.material(name, options.whole)
     sample = studio.material(name, options.whole, [first, first, options.sample, options.sample], 1)
     chance = numpy.random.default_rng(3)
     nested = [0] + [int(p) for p in chance.permutation(151 * 151)[:39]]
-    planned = studio.planned(sample, 40)
-    sets = {"top": nested[:1], "random": nested[:10], "planned": planned[:10]}
-    row, state = {}, {}
+    planned = studio.planned(sample, 10)
+    sets = {"top": nested[:1], "random": nested[:10], "planned": planned}
+    even = None
+    state = {}
 
-    def run(of, pairs, label, mean=None, **fields):
+    def put(key, values):
+        row[key] = values
+        print(name, key, "error %.3f sharpness %.2f, %.0f s" % values, flush=True)
+        keep()
+
+    def run(of, pairs, label, fields):
         plan = studio.plan_of(scene, pairs) if pairs else None
         began = time.time()
-        out, report = studio.enlarge(sample, scene if pairs else None, plan, mean, x=first, y=first, **fields)
+        out, _ = studio.enlarge(sample, scene if pairs else None, plan, None if pairs else even, x=first, y=first, **fields)
         took = time.time() - began
         left, field = studio.factors(out)
         if not state:
@@ -224,9 +263,7 @@ def study(studio, name, options):
             truth = state["truth"]
             row["least"] = float(numpy.sqrt(numpy.maximum(truth.energy, 0) / truth.values).mean())
         truth = state["truth"]
-        row[f"{of} {label}"] = truth.error(field) / row["least"], truth.sharpness(field), took
-        print(name, of, label, "error %.3f sharpness %.2f, %.0f s" % row[f"{of} {label}"],
-              "explained %.2f" % report.explained, flush=True)
+        put(f"{of} {label}", (truth.error(field) / row["least"], truth.sharpness(field), took))
         studio.free("pave_btf", out)
         if plan:
             studio.free("pave_btf_plan", plan)
@@ -240,30 +277,23 @@ def study(studio, name, options):
             out[..., 3 * i:3 * i + 3] = numpy.moveaxis(encode(picture), 0, -1)
         return out
 
-    for of, pairs in sets.items():
-        run(of, pairs, "best")
-        run(of, pairs, "look", aim=1)
-        for stage in (1, 2, 3) if options.all else (1,):
-            run(of, pairs, f"paper {stage}", mode=1, stage=stage)
+    for of, pairs, label, fields in jobs(kinds, sets, nested):
+        if f"{of} {label}" in row:
+            continue
+        if not pairs and not even:
+            even = even_light(studio, scene, options.whole)
+        run(of, pairs, label, fields)
+    for of, pairs in sets.items() if "baselines" in kinds else ():
+        if f"{of} mean" in row:
+            continue
         given = guides(pairs)
         seen = given[first:first + options.sample, first:first + options.sample]
         for label, (error, sharp) in baselines(state["truth"], state["known"], seen, given, first).items():
-            row[f"{of} {label}"] = error / row["least"], sharp, 0
-            print(name, of, label, "error %.3f sharpness %.2f" % row[f"{of} {label}"][:2], flush=True)
-    for count in (2, 4, 20, 40):
-        run(f"random {count}", nested[:count], "best")
-    mean = numpy.zeros((options.whole, options.whole, 3), numpy.float32)
-    picture = numpy.empty_like(mean)
-    for light in range(151):
-        studio.c.pave_btf_texture(scene, 0, light, studio.ffi.from_buffer("float[]", picture))
-        mean += picture / 151
-    even = studio.picture(mean)
-    run("mean", None, "best", even)
-    run("mean", None, "paper 1", even, mode=1, stage=1)
-    studio.free("pave_image", even)
+            put(f"{of} {label}", (error / row["least"], sharp, 0))
+    if even:
+        studio.free("pave_image", even)
     studio.free("pave_btf", scene)
     studio.free("pave_btf", sample)
-    return row
 
 
 def main():
@@ -272,15 +302,19 @@ def main():
     parser.add_argument("--classes", default="tile,grooved,gravel")
     parser.add_argument("--sample", type=int, default=128)
     parser.add_argument("--whole", type=int, default=256)
-    parser.add_argument("--all", action="store_true", help="all stages of the paper, not just Texture Optimization")
-    parser.add_argument("--json")
+    parser.add_argument("--kinds", default="best,look,paper,baselines",
+                        help="and forced: the paper's other stages, of 1 to 40 photographs")
+    parser.add_argument("--json", help="rows that are in this file already are not run again")
     options = parser.parse_args()
     studio = Studio(pathlib.Path(options.build) / "lib" / "libpave.so", 2)
-    rows = {}
+    file = pathlib.Path(options.json) if options.json else None
+    rows = json.loads(file.read_text()) if file and file.exists() else {}
+
+    def keep():
+        if file:
+            file.write_text(json.dumps(rows, indent=1))
     for name in options.classes.split(","):
-        rows[name] = study(studio, name, options)
-        if options.json:
-            pathlib.Path(options.json).write_text(json.dumps(rows, indent=1))
+        study(studio, name, options, rows.setdefault(name, {}), keep)
 
 
 if __name__ == "__main__":
