@@ -367,11 +367,13 @@ typedef struct pave_btf_enlarge_params {
     int32_t x, y;          /* where the sample's top left texel lies in the whole; -1: it is from elsewhere */
     int32_t passes;        /* over the sample, to factor it */
     int32_t type;          /* PAVE_F16 or PAVE_F32: of the factors */
+    int32_t symmetric;     /* best: 1: the sample's mirror images are learned from, too, as far as its directions keep
+                              a mirror; parts that are held out tell whether that helps */
 } pave_btf_enlarge_params;
 
 #define PAVE_BTF_ENLARGE_PARAMS_INIT \
     { sizeof(pave_btf_enlarge_params), PAVE_BTF_BEST, PAVE_BTF_AIM_ERROR, 3, 64, 0, PAVE_BTF_COLOUR_AUTO, 0.00032, 8, \
-      3, 0.877, 0.5, 0, -1, -1, 3, PAVE_F16 }
+      3, 0.877, 0.5, 0, -1, -1, 3, PAVE_F16, 1 }
 
 PAVE_API void pave_btf_enlarge_params_init(pave_btf_enlarge_params *params, size_t size);
 

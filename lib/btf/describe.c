@@ -58,7 +58,7 @@ static pave_result find_axes(pv_enlarge *e, int64_t rows, int32_t from, int32_t 
 
 /* ---- Guides along their axes ---- */
 
-static pave_result turn_guides(pv_enlarge *e, const axes *a, const pv_texels *guides, pv_texels *out)
+static pave_result turn_guides(const pv_enlarge *e, const axes *a, const pv_texels *guides, pv_texels *out)
 {
     pave_result result = pv_texels_new(e->context, guides->width, guides->height, a->to, out);
     for (int64_t t = 0; t < pv_texels_count(out) && !result; t++)
@@ -110,15 +110,6 @@ static void describe_block(void *data, int32_t begin, int32_t end, int32_t worke
                 w->out->values + (int64_t)begin * a->to, a->to);
 }
 
-static pave_result describe_all(pv_enlarge *e, windows *w, const pv_texels *guides, pv_texels *out)
-{
-    pave_result result = pv_texels_new(e->context, guides->width, guides->height, w->axes->to, out);
-    w->guides = guides;
-    w->out = out;
-    return result ? result : pv_parallel_runs(e->context, (int32_t)pv_texels_count(guides), BLOCK, describe_block, w, 0,
-                                              0);
-}
-
 /* The axes of the sample's windows, of which some spread evenly tell enough. */
 static pave_result learn_windows(pv_enlarge *e, windows *w, const pv_texels *guides, axes *out)
 {
@@ -148,10 +139,25 @@ static pave_result guide_axes(pv_enlarge *e, axes *out)
     return result;
 }
 
-pave_result pv_enlarge_describe(pv_enlarge *e, double sigma, pv_texels *of_sample, pv_texels *of_whole)
+/* Along the axes of the guides, then along those of their windows. */
+static pave_result describe(windows *w, const axes *a, const pv_texels *guides, pv_texels *out)
+{
+    pv_texels turned = { 0 };
+    pave_result result = turn_guides(w->e, a, guides, &turned);
+    if (!result)
+        result = pv_texels_new(w->e->context, guides->width, guides->height, w->axes->to, out);
+    w->guides = &turned;
+    w->out = out;
+    if (!result)
+        result = pv_parallel_runs(w->e->context, (int32_t)pv_texels_count(guides), BLOCK, describe_block, w, 0, 0);
+    pv_release(turned.values);
+    return result;
+}
+
+pave_result pv_enlarge_describe(pv_enlarge *e, double sigma, int32_t copies, pv_texels *of_sample, pv_texels *of_whole)
 {
     axes guides = { 0 }, around = { 0 };
-    pv_texels seen = { 0 }, given = { 0 };
+    pv_texels seen = { 0 };
     windows w = { .e = e, .axes = &around };
     for (int32_t i = 0; i < WINDOW; i++) {
         int32_t x = i % SIDE - REACH, y = i / SIDE - REACH;
@@ -165,15 +171,12 @@ pave_result pv_enlarge_describe(pv_enlarge *e, double sigma, pv_texels *of_sampl
     if (!result)
         w.room = pv_allocate(e->context, (size_t)pv_workers(e->context), (size_t)BLOCK * (size_t)around.from *
                              sizeof *w.room, &result);
-    if (!result)
-        result = describe_all(e, &w, &seen, of_sample);
+    for (int32_t i = 0; i < copies && !result; i++)
+        result = describe(&w, &guides, &e->seen_mirrored[i], &of_sample[i]);
     if (!result && of_whole)
-        result = turn_guides(e, &guides, &e->given, &given);
-    if (!result && of_whole)
-        result = describe_all(e, &w, &given, of_whole);
+        result = describe(&w, &guides, &e->given, of_whole);
     pv_release(w.room);
     pv_release(seen.values);
-    pv_release(given.values);
     free_axes(&guides);
     free_axes(&around);
     return result;

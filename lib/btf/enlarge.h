@@ -4,6 +4,7 @@
 #include "btf/algebra.h"
 #include "btf/model.h"
 #include "btf/statistics.h"
+#include "btf/symmetry.h"
 
 extern const pv_table pv_btf_enlarge_table;
 
@@ -47,6 +48,8 @@ typedef struct pv_enlarge {
     int32_t first[PV_BTF_CHANNELS + 1]; /* coefficient of each plane */
     pv_texels known, made;  /* coefficients of the sample, and of the whole */
     pv_texels seen, given;  /* guides of the sample, and of the whole */
+    pv_symmetry symmetry;   /* mirrors that keep views and lights: just the identity, or those to learn from, too */
+    pv_texels known_mirrored[4], seen_mirrored[4]; /* what `known` and `seen` are then; 0: the same */
     pv_guide *guide;
     int32_t *given_pair, *sample_pair; /* of the photographs and of the sample; the mean picture has none */
     double *middle;         /* [coefficient]: mean over the sample */
@@ -67,11 +70,25 @@ pave_result pv_enlarge_factor(pv_enlarge *e);
 /* Reads the photographs, and finds what the sample would look like on them. */
 pave_result pv_enlarge_guide(pv_enlarge *e);
 
+/* The guides of the sample as an element of its symmetry shows it. */
+pave_result pv_enlarge_see(const pv_enlarge *e, int32_t element, pv_texels *out);
+
+/* Mirrored copies of the sample: more of its class to learn from. */
+pave_result pv_enlarge_mirror(pv_enlarge *e);
+
+/* Where a texel of the sample lies in a copy, and the other way round. */
+static inline int64_t pv_mirrored_texel(const pv_enlarge *e, int32_t element, int64_t texel)
+{
+    int64_t wide = e->known.width, high = e->known.height, x = texel % wide, y = texel / wide;
+    int32_t flips = e->symmetry.flips[element];
+    return (flips & 2 ? high - 1 - y : y) * wide + (flips & 1 ? wide - 1 - x : x);
+}
+
 /* ---- Predicting from what is around a texel ---- */
 
-/* Principal components of what the guides show around each texel, for the sample and for the whole; the window's
- * weights fall as a Gaussian of `sigma` texels. */
-pave_result pv_enlarge_describe(pv_enlarge *e, double sigma, pv_texels *of_sample, pv_texels *of_whole);
+/* Principal components of what the guides show around each texel, for the sample with its first so many copies and,
+ * unless NULL, for the whole; the window's weights fall as a Gaussian of `sigma` texels. */
+pave_result pv_enlarge_describe(pv_enlarge *e, double sigma, int32_t copies, pv_texels *of_sample, pv_texels *of_whole);
 
 /* Coefficients of the whole by kernel ridge regression; finds `spread` and `left`, too. */
 pave_result pv_enlarge_predict(pv_enlarge *e, double from, double to);

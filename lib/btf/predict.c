@@ -15,10 +15,11 @@ enum { FOLDS = 4, MOST_TEXELS = 16384, MOST_CENTRES = 3072, TRIED_TEXELS = 4096,
 static const double sigmas[SIGMAS] = { 2, 1.3, 3 }, widths[WIDTHS] = { 0.5, 1, 2 },
                     ridges[RIDGES] = { 1e-5, 1e-4, 1e-3 };
 
-/* Texels of the sample that are learned from, quarter after quarter, and some of them that kernels stand on. */
+/* Texels of the sample that are learned from, quarter after quarter, those of its copies after its own, and some of
+ * them that kernels stand on. */
 typedef struct lesson {
     pv_enlarge *e;
-    int32_t texels, centres, features, from[FOLDS + 1];
+    int32_t copies, texels, centres, features, from[FOLDS + 1];
     float *feature; /* [texel][feature] */
     float *target;  /* [texel][coefficient], less the mean */
     float *centre;  /* [centre][feature] */
@@ -57,13 +58,13 @@ static double distance(const float *a, const float *b, int32_t n)
 }
 
 /* The k-th of so many texels that are spread over a part of the sample, at a place within its share drawn by chance. */
-static int64_t texel_of(const pv_enlarge *e, int32_t fold, int32_t k, int32_t count)
+static int64_t texel_of(const pv_enlarge *e, int32_t fold, int32_t copy, int32_t k, int32_t count)
 {
     int32_t width = e->known.width, height = e->known.height;
     int32_t left = fold % 2 * (width / 2), top = fold / 2 * (height / 2);
     int64_t wide = fold % 2 ? width - width / 2 : width / 2, high = fold / 2 ? height - height / 2 : height / 2;
     int64_t first = k * wide * high / count, after = (k + 1) * wide * high / count;
-    int64_t at = first + pv_below(pv_draw(0, PV_DRAW_SKETCH, (uint32_t)k, (uint32_t)fold, 1).word[0],
+    int64_t at = first + pv_below(pv_draw(0, PV_DRAW_SKETCH, (uint32_t)k, (uint32_t)fold, 1 + (uint32_t)copy).word[0],
                                   (uint32_t)(after - first));
     return (top + at / wide) * width + left + at % wide;
 }
@@ -75,18 +76,28 @@ static int32_t texels_of_fold(const pv_enlarge *e, int32_t fold, int32_t most)
     return (int32_t)(wide * high < most / FOLDS ? wide * high : most / FOLDS);
 }
 
-static void fill_lesson(lesson *l, const pv_texels *features, int32_t most)
+static void fill_texel(lesson *l, int32_t i, int32_t copy, int64_t texel, const pv_texels *features)
 {
     const pv_enlarge *e = l->e;
-    int32_t n = e->coefficients, i = 0;
-    for (int32_t fold = 0; fold < FOLDS; fold++)
-        for (int32_t k = 0; k < texels_of_fold(e, fold, most); k++, i++) {
-            int64_t texel = texel_of(e, fold, k, texels_of_fold(e, fold, most));
-            memcpy(l->feature + (int64_t)i * l->features, features->values + texel * l->features,
-                   (size_t)l->features * sizeof(float));
-            for (int32_t c = 0; c < n; c++)
-                l->target[(int64_t)i * n + c] = e->known.values[texel * n + c] - (float)e->middle[c];
+    int32_t n = e->coefficients;
+    const float *known = e->known_mirrored[copy].values + texel * n;
+    memcpy(l->feature + (int64_t)i * l->features, features[copy].values + texel * l->features,
+           (size_t)l->features * sizeof(float));
+    for (int32_t c = 0; c < n; c++)
+        l->target[(int64_t)i * n + c] = known[c] - (float)e->middle[c];
+}
+
+static void fill_lesson(lesson *l, const pv_texels *features)
+{
+    const pv_enlarge *e = l->e;
+    for (int32_t fold = 0; fold < FOLDS; fold++) {
+        int32_t each = (l->from[fold + 1] - l->from[fold]) / l->copies;
+        for (int32_t i = 0; i < each * l->copies; i++) {
+            int32_t copy = i / each;
+            int64_t texel = pv_mirrored_texel(e, copy, texel_of(e, fold, copy, i % each, each));
+            fill_texel(l, l->from[fold] + i, copy, texel, features);
         }
+    }
     for (int32_t k = 0; k < l->centres; k++)
         memcpy(l->centre + (int64_t)k * l->features, l->feature + (int64_t)k * l->texels / l->centres * l->features,
                (size_t)l->features * sizeof(float));
@@ -96,12 +107,13 @@ static void fill_lesson(lesson *l, const pv_texels *features, int32_t most)
     l->scale = fmax(l->scale, 1e-12);
 }
 
-static pave_result open_lesson(pv_enlarge *e, const pv_texels *features, int32_t most, int32_t centres, lesson *l)
+static pave_result open_lesson(pv_enlarge *e, const pv_texels *features, int32_t copies, int32_t most, int32_t centres,
+                               lesson *l)
 {
     pave_result result = PAVE_OK;
-    *l = (lesson){ .e = e, .features = features->channels };
+    *l = (lesson){ .e = e, .copies = copies, .features = features->channels };
     for (int32_t fold = 0; fold < FOLDS; fold++)
-        l->from[fold + 1] = l->from[fold] + texels_of_fold(e, fold, most);
+        l->from[fold + 1] = l->from[fold] + copies * texels_of_fold(e, fold, most);
     l->texels = l->from[FOLDS];
     l->centres = l->texels < centres ? l->texels : centres;
     size_t texels = (size_t)l->texels, middle = (size_t)l->centres, bytes = (size_t)l->features * sizeof(float);
@@ -119,7 +131,7 @@ static pave_result open_lesson(pv_enlarge *e, const pv_texels *features, int32_t
     if (!result)
         l->side = pv_allocate(e->context, FOLDS * middle, (size_t)e->coefficients * sizeof *l->side, &result);
     if (!result)
-        fill_lesson(l, features, most);
+        fill_lesson(l, features);
     return result;
 }
 
@@ -246,12 +258,13 @@ static pave_result narrow(const lesson *l, const answer *a, float **out)
     return result;
 }
 
-/* What is missed of the quarter that was held out: squares, and with `spread` their products, are added up. */
+/* What is missed of the quarter that was held out, copies aside: squares, and with `spread` their products, are added
+ * up. */
 static pave_result miss(const lesson *l, const answer *a, double *squares, double *spread)
 {
     pv_enlarge *e = l->e;
     int32_t n = e->coefficients;
-    int64_t first = l->from[a->held_out], rows = l->from[a->held_out + 1] - first;
+    int64_t first = l->from[a->held_out], rows = (l->from[a->held_out + 1] - first) / l->copies;
     float *weights = NULL, *missed = NULL;
     double *products = NULL;
     pave_result result = narrow(l, a, &weights);
@@ -271,7 +284,7 @@ static pave_result miss(const lesson *l, const answer *a, double *squares, doubl
     if (!result && spread)
         result = pv_gram(e->context, &e->algebra, rows, n, missed, products);
     for (int32_t i = 0; i < n * n && spread && !result; i++)
-        spread[i] += products[i] / l->texels;
+        spread[i] += products[i] * l->copies / l->texels;
     pv_release(products);
     pv_release(weights);
     pv_release(missed);
@@ -281,6 +294,7 @@ static pave_result miss(const lesson *l, const answer *a, double *squares, doubl
 /* ---- Settings ---- */
 
 typedef struct settings {
+    int32_t copies;
     double sigma, width, ridge, squares;
 } settings;
 
@@ -298,21 +312,21 @@ static pave_result try_width(lesson *l, double sigma, double width, answer *answ
         for (int32_t fold = 0; fold < FOLDS && !result; fold++)
             result = miss(l, &answers[r * FOLDS + fold], &squares, NULL);
         if (!result && squares < best->squares)
-            *best = (settings){ sigma, width, ridges[r], squares };
+            *best = (settings){ l->copies, sigma, width, ridges[r], squares };
     }
     return result;
 }
 
 /* All widths, or the best so far. */
-static pave_result try_sigma(pv_enlarge *e, double sigma, settings *best)
+static pave_result try_sigma(pv_enlarge *e, double sigma, int32_t copies, settings *best)
 {
     double width = best->width;
-    pv_texels features = { 0 };
+    pv_texels features[4] = { 0 };
     lesson l = { 0 };
     answer answers[MOST_ANSWERS] = { 0 };
-    pave_result result = pv_enlarge_describe(e, sigma, &features, NULL);
+    pave_result result = pv_enlarge_describe(e, sigma, copies, features, NULL);
     if (!result)
-        result = open_lesson(e, &features, TRIED_TEXELS, TRIED_CENTRES, &l);
+        result = open_lesson(e, features, copies, TRIED_TEXELS, TRIED_CENTRES, &l);
     if (!result)
         result = make_answers(&l, answers, MOST_ANSWERS);
     for (int32_t w = 0; w < WIDTHS && !result; w++)
@@ -320,17 +334,22 @@ static pave_result try_sigma(pv_enlarge *e, double sigma, settings *best)
             result = try_width(&l, sigma, widths[w], answers, best);
     free_answers(answers, MOST_ANSWERS);
     free_lesson(&l);
-    pv_release(features.values);
+    for (int32_t i = 0; i < copies; i++)
+        pv_release(features[i].values);
     return result;
 }
 
+/* With copies and without: a class may have a hand. */
 static pave_result choose_settings(pv_enlarge *e, settings *best, double from, double to)
 {
-    pave_result result = PAVE_OK;
-    for (int32_t s = 0; s < SIGMAS && !result; s++) {
-        result = try_sigma(e, sigmas[s], best);
+    int32_t copies = e->symmetry.count;
+    pave_result result = try_sigma(e, sigmas[0], copies, best);
+    if (!result && copies > 1)
+        result = try_sigma(e, sigmas[0], 1, best);
+    for (int32_t s = 1; s < SIGMAS && !result; s++) {
+        result = pv_progress(e->context, from + (to - from) * s / SIGMAS);
         if (!result)
-            result = pv_progress(e->context, from + (to - from) * (s + 1) / SIGMAS);
+            result = try_sigma(e, sigmas[s], best->copies, best);
     }
     return result;
 }
@@ -407,16 +426,18 @@ static pave_result teach(lesson *l, const settings *best, float **weights)
 
 pave_result pv_enlarge_predict(pv_enlarge *e, double from, double to)
 {
-    pv_texels features = { 0 }, of_whole = { 0 };
+    pv_texels features[4] = { 0 }, of_whole = { 0 };
     lesson l = { 0 };
     float *weights = NULL;
     settings best = { .squares = INFINITY };
     double before = variance(e), most = from + 0.7 * (to - from);
-    pave_result result = choose_settings(e, &best, from, from + 0.4 * (to - from));
+    pave_result result = pv_enlarge_mirror(e);
     if (!result)
-        result = pv_enlarge_describe(e, best.sigma, &features, &of_whole);
+        result = choose_settings(e, &best, from, from + 0.4 * (to - from));
     if (!result)
-        result = open_lesson(e, &features, MOST_TEXELS, MOST_CENTRES, &l);
+        result = pv_enlarge_describe(e, best.sigma, best.copies, features, &of_whole);
+    if (!result)
+        result = open_lesson(e, features, best.copies, MOST_TEXELS / best.copies, MOST_CENTRES, &l);
     if (!result)
         result = teach(&l, &best, &weights);
     if (!result)
@@ -424,7 +445,8 @@ pave_result pv_enlarge_predict(pv_enlarge *e, double from, double to)
     if (!result)
         result = tell_all(&l, &of_whole, weights, most, to);
     pv_release(weights);
-    pv_release(features.values);
+    for (int32_t i = 0; i < 4; i++)
+        pv_release(features[i].values);
     pv_release(of_whole.values);
     free_lesson(&l);
     return result;
