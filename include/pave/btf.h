@@ -367,8 +367,8 @@ typedef struct pave_btf_enlarge_params {
     int32_t x, y;          /* where the sample's top left texel lies in the whole; -1: it is from elsewhere */
     int32_t passes;        /* over the sample, to factor it */
     int32_t type;          /* PAVE_F16 or PAVE_F32: of the factors */
-    int32_t symmetric;     /* best: 1: the sample's mirror images are learned from, too, as far as its directions keep
-                              a mirror; parts that are held out tell whether that helps */
+    int32_t symmetric;     /* best: 1: the sample turned and mirrored is learned from, too, by all multiples of 30
+                              degrees that its directions keep; parts that are held out tell whether that helps */
 } pave_btf_enlarge_params;
 
 #define PAVE_BTF_ENLARGE_PARAMS_INIT \

@@ -26,7 +26,7 @@ static const pv_param enlarge_rows[] = {
     PV_INTEGER(pave_btf_enlarge_params, x, "texels", -1, 1 << 20, "where the sample lies in the whole; -1: not in it"),
     PV_INTEGER(pave_btf_enlarge_params, y, "texels", -1, 1 << 20, "alike, from the top"),
     PV_INTEGER(pave_btf_enlarge_params, passes, "", 1, 16, "over the sample, to factor it"),
-    PV_FLAG(pave_btf_enlarge_params, symmetric, "best: learn from the sample's mirror images, too, where that helps"),
+    PV_FLAG(pave_btf_enlarge_params, symmetric, "best: learn from the sample turned and mirrored, too, where that helps"),
     { "type", PAVE_PARAM_INTEGER, "", PAVE_F16, PAVE_F32, NULL, "4: halves, 5: floats, in the file",
       offsetof(pave_btf_enlarge_params, type) },
 };
@@ -242,9 +242,6 @@ static pave_result run(pv_enlarge *e, pave_btf **out, pave_btf_enlargement *repo
         result = pv_enlarge_factor(e);
     pv_call_end(e->context, call);
     if (!result)
-        result = pv_symmetry_find(e->context, &e->sample->views, &e->sample->lights,
-                                  e->params->mode == PAVE_BTF_BEST && e->params->symmetric, &e->symmetry);
-    if (!result)
         result = pv_enlarge_guide(e);
     if (!result)
         result = pv_texels_new(e->context, e->out->width, e->out->height, e->coefficients, &e->made);
@@ -257,14 +254,10 @@ static pave_result run(pv_enlarge *e, pave_btf **out, pave_btf_enlargement *repo
 
 static void close(pv_enlarge *e)
 {
-    pv_texels *fields[4] = { &e->known, &e->made, &e->seen, &e->given };
-    for (int32_t i = 0; i < 4; i++)
-        pv_release(fields[i]->values);
-    for (int32_t i = 1; i < e->symmetry.count; i++) {
-        pv_release(e->known_mirrored[i].values);
-        pv_release(e->seen_mirrored[i].values);
-    }
-    pv_symmetry_free(&e->symmetry);
+    pv_release(e->known.values);
+    pv_release(e->made.values);
+    pv_release(e->given.values);
+    pv_enlarge_free_copies(e);
     for (int32_t g = 0; g < e->guides && e->guide; g++)
         pv_release(e->guide[g].own);
     pv_release(e->guide);

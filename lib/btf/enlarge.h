@@ -36,6 +36,18 @@ typedef struct pv_guide {
     double offset, noise;
 } pv_guide;
 
+/* The sample turned or mirrored, where that takes views to views and lights to lights: another piece of its class, but
+ * that its texels stay in their places. What lies at x, y of a texel in the copy does at `place` times that in the
+ * sample. Copy 0 is the sample itself. */
+typedef struct pv_copy {
+    double place[4];
+    int32_t *view, *light;        /* which of the sample's its own are */
+    float *turn[PV_BTF_CHANNELS]; /* of the coefficients of each plane; NULL: they are the sample's */
+    pv_texels seen;               /* guides */
+} pv_copy;
+
+enum { PV_MOST_COPIES = 24 };
+
 typedef struct pv_enlarge {
     pave_context *context;
     pv_algebra algebra;
@@ -48,8 +60,8 @@ typedef struct pv_enlarge {
     int32_t first[PV_BTF_CHANNELS + 1]; /* coefficient of each plane */
     pv_texels known, made;  /* coefficients of the sample, and of the whole */
     pv_texels seen, given;  /* guides of the sample, and of the whole */
-    pv_symmetry symmetry;   /* mirrors that keep views and lights: just the identity, or those to learn from, too */
-    pv_texels known_mirrored[4], seen_mirrored[4]; /* what `known` and `seen` are then; 0: the same */
+    pv_copy copy[PV_MOST_COPIES];
+    int32_t copies, straight; /* straight: those that take texels to texels; they come first */
     pv_guide *guide;
     int32_t *given_pair, *sample_pair; /* of the photographs and of the sample; the mean picture has none */
     double *middle;         /* [coefficient]: mean over the sample */
@@ -70,25 +82,41 @@ pave_result pv_enlarge_factor(pv_enlarge *e);
 /* Reads the photographs, and finds what the sample would look like on them. */
 pave_result pv_enlarge_guide(pv_enlarge *e);
 
-/* The guides of the sample as an element of its symmetry shows it. */
-pave_result pv_enlarge_see(const pv_enlarge *e, int32_t element, pv_texels *out);
+/* The guides that a copy of the sample shows. */
+pave_result pv_enlarge_see(const pv_enlarge *e, const pv_copy *copy, pv_texels *out);
 
-/* Mirrored copies of the sample: more of its class to learn from. */
-pave_result pv_enlarge_mirror(pv_enlarge *e);
+/* ---- More of the class ---- */
 
-/* Where a texel of the sample lies in a copy, and the other way round. */
-static inline int64_t pv_mirrored_texel(const pv_enlarge *e, int32_t element, int64_t texel)
-{
-    int64_t wide = e->known.width, high = e->known.height, x = texel % wide, y = texel / wide;
-    int32_t flips = e->symmetry.flips[element];
-    return (flips & 2 ? high - 1 - y : y) * wide + (flips & 1 ? wide - 1 - x : x);
-}
+pave_result pv_enlarge_copy(pv_enlarge *e);
+void pv_enlarge_free_copies(pv_enlarge *e);
+
+/* A texel's coefficients in a copy. */
+void pv_enlarge_copied(const pv_enlarge *e, const pv_copy *copy, int64_t texel, float *out);
 
 /* ---- Predicting from what is around a texel ---- */
 
-/* Principal components of what the guides show around each texel, for the sample with its first so many copies and,
- * unless NULL, for the whole; the window's weights fall as a Gaussian of `sigma` texels. */
-pave_result pv_enlarge_describe(pv_enlarge *e, double sigma, int32_t copies, pv_texels *of_sample, pv_texels *of_whole);
+/* Vectors less their mean, along the axes in which they vary most. */
+typedef struct pv_axes {
+    int32_t from, to;
+    float *mean; /* [from] */
+    float *turn; /* [from][to] */
+} pv_axes;
+
+/* How to describe what the guides show around a texel: principal components of their windows. */
+typedef struct pv_around {
+    pv_enlarge *e;
+    double sigma; /* weights in a window fall as a Gaussian of so many texels */
+    pv_axes guides, windows;
+    int32_t features;
+} pv_around;
+
+/* Learns the axes from the sample. */
+pave_result pv_around_learn(pv_enlarge *e, double sigma, pv_around *out);
+void pv_around_free(pv_around *around);
+
+/* [texel][feature] of texels of a copy of the sample, or of the whole (NULL) from the first. */
+pave_result pv_around_describe(const pv_around *around, const pv_copy *copy, const int64_t *texels, int64_t count,
+                               float *out);
 
 /* Coefficients of the whole by kernel ridge regression; finds `spread` and `left`, too. */
 pave_result pv_enlarge_predict(pv_enlarge *e, double from, double to);

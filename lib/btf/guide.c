@@ -65,13 +65,13 @@ static void put(const pv_enlarge *e, pv_texels *to, int64_t texel, int32_t photo
     pv_enlarge_encode(e, samples, 1, to->values + texel * to->channels + (int64_t)photograph * e->planes);
 }
 
-/* The mean over all lights from the top view, as the element has it. */
-static void under_even_light(const pv_enlarge *e, int32_t element, int64_t texel, float *room, float *out)
+/* The mean over all lights from the top view. */
+static void under_even_light(const pv_enlarge *e, const pv_copy *copy, int64_t texel, float *room, float *out)
 {
     int32_t top = pv_directions_nearest(&e->sample->views, (pave_direction){ 0, 0 }, &(double){ 0 });
     int32_t channels = e->sample->channels, lights = e->sample->lights.count;
     double sum[PV_BTF_CHANNELS] = { 0 };
-    pv_btf_from_view(e->sample, texel, e->symmetry.view[element][top], room);
+    pv_btf_from_view(e->sample, texel, copy->view[top], room);
     for (int32_t i = 0; i < lights * channels; i++)
         sum[i % channels] += (double)room[i];
     for (int32_t c = 0; c < channels; c++)
@@ -80,7 +80,7 @@ static void under_even_light(const pv_enlarge *e, int32_t element, int64_t texel
 
 typedef struct seeing {
     const pv_enlarge *e;
-    int32_t element;
+    const pv_copy *copy;
     float *room; /* a texel from one view, for each worker */
     pv_texels *out;
 } seeing;
@@ -90,24 +90,23 @@ static void see_texel(void *data, int32_t texel, int32_t worker)
     const seeing *s = data;
     const pv_enlarge *e = s->e;
     const pave_btf *sample = e->sample;
-    const int32_t *view = e->symmetry.view[s->element], *light = e->symmetry.light[s->element];
+    const int32_t *view = s->copy->view, *light = s->copy->light;
     int32_t lights = sample->lights.count;
-    int64_t from = pv_mirrored_texel(e, s->element, texel);
     float samples[PV_BTF_CHANNELS];
     for (int32_t i = 0; i < e->photographs; i++) {
         int32_t pair = e->sample_pair[i];
-        pv_btf_sample(sample, from, view[pair / lights] * lights + light[pair % lights], samples);
+        pv_btf_sample(sample, texel, view[pair / lights] * lights + light[pair % lights], samples);
         put(e, s->out, texel, i, samples);
     }
     if (e->mean) {
-        under_even_light(e, s->element, from, s->room + (int64_t)worker * lights * sample->channels, samples);
+        under_even_light(e, s->copy, texel, s->room + (int64_t)worker * lights * sample->channels, samples);
         put(e, s->out, texel, e->photographs, samples);
     }
 }
 
-pave_result pv_enlarge_see(const pv_enlarge *e, int32_t element, pv_texels *out)
+pave_result pv_enlarge_see(const pv_enlarge *e, const pv_copy *copy, pv_texels *out)
 {
-    seeing s = { .e = e, .element = element, .out = out };
+    seeing s = { .e = e, .copy = copy, .out = out };
     const pave_btf *sample = e->sample;
     pave_result result = pv_texels_new(e->context, sample->width, sample->height, e->guides, out);
     if (!result)
@@ -326,7 +325,7 @@ pave_result pv_enlarge_guide(pv_enlarge *e)
     if (!result && !e->guides)
         result = pv_fail(e->context, PAVE_ERR_ARGUMENT, "there is not one photograph");
     if (!result)
-        result = pv_enlarge_see(e, 0, &e->seen);
+        result = pv_enlarge_copy(e);
     if (!result)
         result = pv_texels_new(e->context, e->out->width, e->out->height, e->guides, &e->given);
     if (!result)
