@@ -1,4 +1,4 @@
-/* The sample turned and mirrored, wherever that takes views to views and lights to lights: other pieces of its class, to
+/* The sample turned and mirrored, where that takes views to views and lights to lights: other pieces of its class, to
  * learn from. What they show is seen through the sample's own eigen-ABRDFs. */
 #include "btf/enlarge.h"
 

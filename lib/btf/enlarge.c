@@ -26,7 +26,7 @@ static const pv_param enlarge_rows[] = {
     PV_INTEGER(pave_btf_enlarge_params, x, "texels", -1, 1 << 20, "where the sample lies in the whole; -1: not in it"),
     PV_INTEGER(pave_btf_enlarge_params, y, "texels", -1, 1 << 20, "alike, from the top"),
     PV_INTEGER(pave_btf_enlarge_params, passes, "", 1, 16, "over the sample, to factor it"),
-    PV_FLAG(pave_btf_enlarge_params, symmetric, "best: learn from the sample turned and mirrored, too, where that helps"),
+    PV_FLAG(pave_btf_enlarge_params, symmetric, "best: learn from turned and mirrored copies of the sample, too"),
     { "type", PAVE_PARAM_INTEGER, "", PAVE_F16, PAVE_F32, NULL, "4: halves, 5: floats, in the file",
       offsetof(pave_btf_enlarge_params, type) },
 };

@@ -9,8 +9,8 @@
 #include <math.h>
 #include <string.h>
 
-enum { FOLDS = 4, MORE = 3, MOST_TEXELS = 16384, MOST_CENTRES = 3072, TRIED_TEXELS = 4096, TRIED_CENTRES = 1024, BLOCK = 128,
-       SIGMAS = 3, WIDTHS = 3, RIDGES = 3 };
+enum { FOLDS = 4, MORE = 3, MOST_TEXELS = 16384, MOST_CENTRES = 3072, TRIED_TEXELS = 4096, TRIED_CENTRES = 1024,
+       BLOCK = 128, SIGMAS = 3, WIDTHS = 3, RIDGES = 3 };
 
 static const double sigmas[SIGMAS] = { 2, 1.3, 3 }, widths[WIDTHS] = { 0.5, 1, 2 },
                     ridges[RIDGES] = { 1e-5, 1e-4, 1e-3 };
@@ -94,7 +94,8 @@ static pave_result fill_part(lesson *l, int32_t fold, int32_t copy, int32_t firs
             target[c] -= (float)e->middle[c];
     }
     if (!result)
-        result = pv_around_describe(l->around, &e->copy[copy], texels, count, l->feature + (int64_t)first * l->features);
+        result = pv_around_describe(l->around, &e->copy[copy], texels, count,
+                                    l->feature + (int64_t)first * l->features);
     pv_release(texels);
     return result;
 }
@@ -458,7 +459,7 @@ pave_result pv_enlarge_predict(pv_enlarge *e, double from, double to)
     if (!result)
         result = pv_around_learn(e, best.sigma, &around);
     if (!result)
-        result = open_lesson(&around, best.copies, best.copies > 1 ? MOST_TEXELS / (1 + MORE) : MOST_TEXELS, MOST_CENTRES, &l);
+        result = open_lesson(&around, best.copies, MOST_TEXELS / (best.copies > 1 ? 1 + MORE : 1), MOST_CENTRES, &l);
     if (!result)
         result = teach(&l, &best, &weights);
     if (!result)

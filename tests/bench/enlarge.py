@@ -263,7 +263,8 @@ def study(studio, name, options, row, keep):
             truth = state["truth"]
             row["least"] = float(numpy.sqrt(numpy.maximum(truth.energy, 0) / truth.values).mean())
         truth = state["truth"]
-        put(f"{of} {label}", (truth.error(field) / row["least"], truth.sharpness(field), took))
+        if label:
+            put(f"{of} {label}", (truth.error(field) / row["least"], truth.sharpness(field), took))
         studio.free("pave_btf", out)
         if plan:
             studio.free("pave_btf_plan", plan)
@@ -286,6 +287,8 @@ def study(studio, name, options, row, keep):
     for of, pairs in sets.items() if "baselines" in kinds else ():
         if f"{of} mean" in row:
             continue
+        if not state:
+            run(of, pairs, "", dict(mode=1, stage=1, levels=1))
         given = guides(pairs)
         seen = given[first:first + options.sample, first:first + options.sample]
         for label, (error, sharp) in baselines(state["truth"], state["known"], seen, given, first).items():
