@@ -401,8 +401,9 @@ typedef struct pave_btf_enlargement {
  * the sample and its turned and mirrored copies, mixes them with windows of the sample put together anew (Texture
  * Optimization at the finest level, from windows that show the same), and corrects all by what the photographs show of
  * the texel itself, as measurements with noise. That is the least error, and smooth. To look at there is more of the
- * windows, and each octave of each coefficient gets the sample's power. Paper mode is Algorithm 1: Texture Optimization,
- * then in turns the sample's statistics (Portilla and Simoncelli) and the photographs, forced (Eqs. 4 to 6).
+ * windows, and each octave of each coefficient gets the sample's power. Paper mode is Algorithm 1: Texture
+ * Optimization, then in turns the sample's statistics (Portilla and Simoncelli) and the photographs, forced (Eqs. 4 to
+ * 6).
  * The same bytes for every number of threads; another processor may round otherwise. Needs OpenBLAS when it runs.
  * PAVE_ERR_ARGUMENT: the sample is too small or not complete; photographs of other sizes, directions or channels, black
  * ones, and such as contradict the sample; the message names them.
