@@ -253,8 +253,10 @@ def study(studio, name, options, row, keep):
         sample = studio.on_disk(sample, pathlib.Path(options.disk) / f"{name}-{options.sample}.bdi")
     chance = numpy.random.default_rng(3)
     nested = [0] + [int(p) for p in chance.permutation(151 * 151)[:39]]
-    planned = studio.planned(sample, 10) if "planned" in options.sets else nested[:10]
-    sets = {"top": nested[:1], "random": nested[:10], "planned": planned}
+    if "planned" in options.sets and "plan" not in row:
+        row["plan"] = [int(p) for p in studio.planned(sample, 10)]
+        keep()
+    sets = {"top": nested[:1], "random": nested[:10], "planned": row.get("plan")}
     even = None
     state = {}
 
