@@ -3,7 +3,7 @@
 
 #include "btf/algebra.h"
 #include "btf/model.h"
-#include "btf/statistics.h"
+#include "statistics/planes.h"
 
 extern const pv_table pv_btf_enlarge_table;
 

@@ -1,10 +1,10 @@
-/* btf's statistics of textures: the pyramid they are measured in, each step that imposes some, and all together. */
+/* The statistics of textures: the pyramid they are measured in, each step that imposes some, and all together. */
 #include "test.h"
 
 #include "failing.h"
 
-#include "btf/periodic.h"
-#include "btf/texture.h"
+#include "statistics/periodic.h"
+#include "statistics/texture.h"
 #include "util/random.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
 /* The complex steerable pyramid, by masks on Fourier transforms. */
-#include "btf/steerable.h"
+#include "statistics/steerable.h"
 
 #include "base/parallel.h"
 

@@ -1,8 +1,8 @@
-/* The joint statistics of a texture: measured of one picture, imposed on another. */
-#include "btf/statistics.h"
+/* The joint statistics of planes: measured of some, imposed on others. */
+#include "statistics/planes.h"
 
-#include "btf/periodic.h"
-#include "btf/texture.h"
+#include "statistics/periodic.h"
+#include "statistics/texture.h"
 
 #include <math.h>
 #include <string.h>
