@@ -367,11 +367,13 @@ typedef struct pave_btf_enlarge_params {
     int32_t x, y;          /* where the sample's top left texel lies in the whole; -1: it is from elsewhere */
     int32_t passes;        /* over the sample, to factor it */
     int32_t type;          /* PAVE_F16 or PAVE_F32: of the factors */
+    int32_t symmetric;     /* best: 1: the sample turned and mirrored is learned from, too, by all multiples of 30
+                              degrees that its directions keep; parts that are held out tell whether that helps */
 } pave_btf_enlarge_params;
 
 #define PAVE_BTF_ENLARGE_PARAMS_INIT \
     { sizeof(pave_btf_enlarge_params), PAVE_BTF_BEST, PAVE_BTF_AIM_ERROR, 3, 64, 0, PAVE_BTF_COLOUR_AUTO, 0.00032, 8, \
-      3, 0.877, 0.5, 0, -1, -1, 3, PAVE_F16 }
+      3, 0.877, 0.5, 0, -1, -1, 3, PAVE_F16, 1 }
 
 PAVE_API void pave_btf_enlarge_params_init(pave_btf_enlarge_params *params, size_t size);
 
@@ -396,11 +398,12 @@ typedef struct pave_btf_enlargement {
  * under even light, the mean over all lights (Eq. 10; linear values are meant as they are, others as sRGB). One of both
  * may be NULL.
  * Best mode predicts coefficients from what the photographs show around a texel, by kernel ridge regression learned on
- * the sample, mixes them with windows of the sample put together anew (Texture Optimization at the finest level, from
- * windows that show the same), and corrects all by what the photographs show of the texel itself, as measurements with
- * noise. That is the least error, and smooth. To look at there is more of the windows, and each octave of each
- * coefficient gets the sample's power. Paper mode is Algorithm 1: Texture Optimization, then in turns the sample's
- * statistics (Portilla and Simoncelli) and the photographs, forced (Eqs. 4 to 6).
+ * the sample and its turned and mirrored copies, mixes them with windows of the sample put together anew (Texture
+ * Optimization at the finest level, from windows that show the same), and corrects all by what the photographs show of
+ * the texel itself, as measurements with noise. That is the least error, and smooth. To look at there is more of the
+ * windows, and each octave of each coefficient gets the sample's power. Paper mode is Algorithm 1: Texture
+ * Optimization, then in turns the sample's statistics (Portilla and Simoncelli) and the photographs, forced (Eqs. 4 to
+ * 6).
  * The same bytes for every number of threads; another processor may round otherwise. Needs OpenBLAS when it runs.
  * PAVE_ERR_ARGUMENT: the sample is too small or not complete; photographs of other sizes, directions or channels, black
  * ones, and such as contradict the sample; the message names them.

@@ -226,14 +226,15 @@ static pave_result open_tall(pave_context *context, tall *t)
 /* Parts are added up in their order. */
 static pave_result sum_parts(pave_context *context, tall *t, pv_task *part, size_t size, double *out)
 {
+    int32_t parts = stripes_of(t) < PARTS ? stripes_of(t) : PARTS;
     pave_result result = open_tall(context, t);
     if (!result)
-        t->part = pv_allocate(context, PARTS, size * sizeof *t->part, &result);
+        t->part = pv_allocate(context, (size_t)parts, size * sizeof *t->part, &result);
     if (!result)
-        result = pv_parallel(context, PARTS, part, t, 0, 0);
+        result = pv_parallel(context, parts, part, t, 0, 0);
     if (!result)
         memcpy(out, t->part, size * sizeof *out);
-    for (size_t i = size; i < PARTS * size && !result; i++)
+    for (size_t i = size; i < (size_t)parts * size && !result; i++)
         out[i % size] += t->part[i];
     pv_release(t->stripe);
     pv_release(t->part);

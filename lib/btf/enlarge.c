@@ -26,6 +26,7 @@ static const pv_param enlarge_rows[] = {
     PV_INTEGER(pave_btf_enlarge_params, x, "texels", -1, 1 << 20, "where the sample lies in the whole; -1: not in it"),
     PV_INTEGER(pave_btf_enlarge_params, y, "texels", -1, 1 << 20, "alike, from the top"),
     PV_INTEGER(pave_btf_enlarge_params, passes, "", 1, 16, "over the sample, to factor it"),
+    PV_FLAG(pave_btf_enlarge_params, symmetric, "best: learn from turned and mirrored copies of the sample, too"),
     { "type", PAVE_PARAM_INTEGER, "", PAVE_F16, PAVE_F32, NULL, "4: halves, 5: floats, in the file",
       offsetof(pave_btf_enlarge_params, type) },
 };
@@ -253,9 +254,10 @@ static pave_result run(pv_enlarge *e, pave_btf **out, pave_btf_enlargement *repo
 
 static void close(pv_enlarge *e)
 {
-    pv_texels *fields[4] = { &e->known, &e->made, &e->seen, &e->given };
-    for (int32_t i = 0; i < 4; i++)
-        pv_release(fields[i]->values);
+    pv_release(e->known.values);
+    pv_release(e->made.values);
+    pv_release(e->given.values);
+    pv_enlarge_free_copies(e);
     for (int32_t g = 0; g < e->guides && e->guide; g++)
         pv_release(e->guide[g].own);
     pv_release(e->guide);

@@ -3,6 +3,7 @@
 
 #include "btf/algebra.h"
 #include "btf/model.h"
+#include "btf/symmetry.h"
 #include "statistics/planes.h"
 
 extern const pv_table pv_btf_enlarge_table;
@@ -35,6 +36,18 @@ typedef struct pv_guide {
     double offset, noise;
 } pv_guide;
 
+/* The sample turned or mirrored, where that takes views to views and lights to lights: another piece of its class, but
+ * that its texels stay in their places. What lies at x, y of a texel in the copy does at `place` times that in the
+ * sample. Copy 0 is the sample itself. */
+typedef struct pv_copy {
+    double place[4];
+    int32_t *view, *light;        /* which of the sample's its own are */
+    float *turn[PV_BTF_CHANNELS]; /* of the coefficients of each plane; NULL: they are the sample's */
+    pv_texels seen;               /* guides */
+} pv_copy;
+
+enum { PV_MOST_COPIES = 24 };
+
 typedef struct pv_enlarge {
     pave_context *context;
     pv_algebra algebra;
@@ -47,6 +60,8 @@ typedef struct pv_enlarge {
     int32_t first[PV_BTF_CHANNELS + 1]; /* coefficient of each plane */
     pv_texels known, made;  /* coefficients of the sample, and of the whole */
     pv_texels seen, given;  /* guides of the sample, and of the whole */
+    pv_copy copy[PV_MOST_COPIES];
+    int32_t copies, straight; /* straight: those that take texels to texels; they come first */
     pv_guide *guide;
     int32_t *given_pair, *sample_pair; /* of the photographs and of the sample; the mean picture has none */
     double *middle;         /* [coefficient]: mean over the sample */
@@ -67,11 +82,41 @@ pave_result pv_enlarge_factor(pv_enlarge *e);
 /* Reads the photographs, and finds what the sample would look like on them. */
 pave_result pv_enlarge_guide(pv_enlarge *e);
 
+/* The guides that a copy of the sample shows. */
+pave_result pv_enlarge_see(const pv_enlarge *e, const pv_copy *copy, pv_texels *out);
+
+/* ---- More of the class ---- */
+
+pave_result pv_enlarge_copy(pv_enlarge *e);
+void pv_enlarge_free_copies(pv_enlarge *e);
+
+/* A texel's coefficients in a copy. */
+void pv_enlarge_copied(const pv_enlarge *e, const pv_copy *copy, int64_t texel, float *out);
+
 /* ---- Predicting from what is around a texel ---- */
 
-/* Principal components of what the guides show around each texel, for the sample and for the whole; the window's
- * weights fall as a Gaussian of `sigma` texels. */
-pave_result pv_enlarge_describe(pv_enlarge *e, double sigma, pv_texels *of_sample, pv_texels *of_whole);
+/* Vectors less their mean, along the axes in which they vary most. */
+typedef struct pv_axes {
+    int32_t from, to;
+    float *mean; /* [from] */
+    float *turn; /* [from][to] */
+} pv_axes;
+
+/* How to describe what the guides show around a texel: principal components of their windows. */
+typedef struct pv_around {
+    pv_enlarge *e;
+    double sigma; /* weights in a window fall as a Gaussian of so many texels */
+    pv_axes guides, windows;
+    int32_t features;
+} pv_around;
+
+/* Learns the axes from the sample. */
+pave_result pv_around_learn(pv_enlarge *e, double sigma, pv_around *out);
+void pv_around_free(pv_around *around);
+
+/* [texel][feature] of texels of a copy of the sample, or of the whole (NULL) from the first. */
+pave_result pv_around_describe(const pv_around *around, const pv_copy *copy, const int64_t *texels, int64_t count,
+                               float *out);
 
 /* Coefficients of the whole by kernel ridge regression; finds `spread` and `left`, too. */
 pave_result pv_enlarge_predict(pv_enlarge *e, double from, double to);

@@ -60,49 +60,68 @@ static pave_result find_pairs(pv_enlarge *e)
 
 /* ---- What they show ---- */
 
-static int32_t top_view(const pave_btf *btf)
-{
-    return pv_directions_nearest(&btf->views, (pave_direction){ 0, 0 }, &(double){ 0 });
-}
-
 static void put(const pv_enlarge *e, pv_texels *to, int64_t texel, int32_t photograph, float *samples)
 {
     pv_enlarge_encode(e, samples, 1, to->values + texel * to->channels + (int64_t)photograph * e->planes);
 }
 
 /* The mean over all lights from the top view. */
-static void under_even_light(const pv_enlarge *e, int64_t texel, float *room, float *out)
+static void under_even_light(const pv_enlarge *e, const pv_copy *copy, int64_t texel, float *room, float *out)
 {
+    int32_t top = pv_directions_nearest(&e->sample->views, (pave_direction){ 0, 0 }, &(double){ 0 });
     int32_t channels = e->sample->channels, lights = e->sample->lights.count;
     double sum[PV_BTF_CHANNELS] = { 0 };
-    pv_btf_from_view(e->sample, texel, top_view(e->sample), room);
+    pv_btf_from_view(e->sample, texel, copy->view[top], room);
     for (int32_t i = 0; i < lights * channels; i++)
         sum[i % channels] += (double)room[i];
     for (int32_t c = 0; c < channels; c++)
         out[c] = (float)(sum[c] / lights);
 }
 
-typedef struct showing {
-    pv_enlarge *e;
+typedef struct seeing {
+    const pv_enlarge *e;
+    const pv_copy *copy;
     float *room; /* a texel from one view, for each worker */
-    uint8_t *bad; /* [texel of the whole]: some photograph has no number there */
-} showing;
+    pv_texels *out;
+} seeing;
 
-static void show_sample(void *data, int32_t texel, int32_t worker)
+static void see_texel(void *data, int32_t texel, int32_t worker)
 {
-    const showing *s = data;
-    pv_enlarge *e = s->e;
+    const seeing *s = data;
+    const pv_enlarge *e = s->e;
     const pave_btf *sample = e->sample;
+    const int32_t *view = s->copy->view, *light = s->copy->light;
+    int32_t lights = sample->lights.count;
     float samples[PV_BTF_CHANNELS];
     for (int32_t i = 0; i < e->photographs; i++) {
-        pv_btf_sample(sample, texel, e->sample_pair[i], samples);
-        put(e, &e->seen, texel, i, samples);
+        int32_t pair = e->sample_pair[i];
+        pv_btf_sample(sample, texel, view[pair / lights] * lights + light[pair % lights], samples);
+        put(e, s->out, texel, i, samples);
     }
     if (e->mean) {
-        under_even_light(e, texel, s->room + (int64_t)worker * sample->lights.count * sample->channels, samples);
-        put(e, &e->seen, texel, e->photographs, samples);
+        under_even_light(e, s->copy, texel, s->room + (int64_t)worker * lights * sample->channels, samples);
+        put(e, s->out, texel, e->photographs, samples);
     }
 }
+
+pave_result pv_enlarge_see(const pv_enlarge *e, const pv_copy *copy, pv_texels *out)
+{
+    seeing s = { .e = e, .copy = copy, .out = out };
+    const pave_btf *sample = e->sample;
+    pave_result result = pv_texels_new(e->context, sample->width, sample->height, e->guides, out);
+    if (!result)
+        s.room = pv_allocate(e->context, (size_t)pv_workers(e->context),
+                             (size_t)sample->lights.count * (size_t)sample->channels * sizeof *s.room, &result);
+    if (!result)
+        result = pv_parallel(e->context, (int32_t)pv_texels_count(out), see_texel, &s, 0, 0);
+    pv_release(s.room);
+    return result;
+}
+
+typedef struct showing {
+    pv_enlarge *e;
+    uint8_t *bad; /* [texel of the whole]: some photograph has no number there */
+} showing;
 
 static float linear_value(const pave_image *image, int64_t index)
 {
@@ -142,19 +161,13 @@ static pave_result refuse_bad(const pv_enlarge *e, const uint8_t *bad)
 static pave_result show_all(pv_enlarge *e)
 {
     showing s = { .e = e };
-    int64_t whole = pv_texels_count(&e->given), own = pv_texels_count(&e->seen);
+    int64_t whole = pv_texels_count(&e->given);
     pave_result result = PAVE_OK;
-    s.room = pv_allocate(e->context, (size_t)pv_workers(e->context),
-                         (size_t)e->sample->lights.count * (size_t)e->sample->channels * sizeof *s.room, &result);
-    if (!result)
-        s.bad = pv_allocate_zeroed(e->context, (size_t)whole, 1, &result);
-    if (!result)
-        result = pv_parallel(e->context, (int32_t)own, show_sample, &s, 0, 0);
+    s.bad = pv_allocate_zeroed(e->context, (size_t)whole, 1, &result);
     if (!result)
         result = pv_parallel(e->context, (int32_t)whole, show_given, &s, 0, 0);
     if (!result)
         result = refuse_bad(e, s.bad);
-    pv_release(s.room);
     pv_release(s.bad);
     return result;
 }
@@ -312,7 +325,7 @@ pave_result pv_enlarge_guide(pv_enlarge *e)
     if (!result && !e->guides)
         result = pv_fail(e->context, PAVE_ERR_ARGUMENT, "there is not one photograph");
     if (!result)
-        result = pv_texels_new(e->context, e->sample->width, e->sample->height, e->guides, &e->seen);
+        result = pv_enlarge_copy(e);
     if (!result)
         result = pv_texels_new(e->context, e->out->width, e->out->height, e->guides, &e->given);
     if (!result)

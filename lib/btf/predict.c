@@ -9,16 +9,20 @@
 #include <math.h>
 #include <string.h>
 
-enum { FOLDS = 4, MOST_TEXELS = 16384, MOST_CENTRES = 3072, TRIED_TEXELS = 4096, TRIED_CENTRES = 1024, BLOCK = 128,
-       SIGMAS = 3, WIDTHS = 3, RIDGES = 3 };
+enum { FOLDS = 4, MORE = 3, MOST_TEXELS = 16384, MOST_CENTRES = 3072, TRIED_TEXELS = 4096, TRIED_CENTRES = 1024,
+       BLOCK = 128, SIGMAS = 3, WIDTHS = 3, RIDGES = 3 };
 
 static const double sigmas[SIGMAS] = { 2, 1.3, 3 }, widths[WIDTHS] = { 0.5, 1, 2 },
                     ridges[RIDGES] = { 1e-5, 1e-4, 1e-3 };
 
-/* Texels of the sample that are learned from, quarter after quarter, and some of them that kernels stand on. */
+/* Texels of the sample that are learned from, quarter after quarter, those of its copies after its own, and some of
+ * them that kernels stand on. */
 typedef struct lesson {
     pv_enlarge *e;
-    int32_t texels, centres, features, from[FOLDS + 1];
+    const pv_around *around;
+    int32_t copies, texels, centres, features;
+    int32_t sampled[FOLDS], copied[FOLDS]; /* texels of a quarter in the sample, and in each copy */
+    int32_t from[FOLDS + 1];
     float *feature; /* [texel][feature] */
     float *target;  /* [texel][coefficient], less the mean */
     float *centre;  /* [centre][feature] */
@@ -57,13 +61,13 @@ static double distance(const float *a, const float *b, int32_t n)
 }
 
 /* The k-th of so many texels that are spread over a part of the sample, at a place within its share drawn by chance. */
-static int64_t texel_of(const pv_enlarge *e, int32_t fold, int32_t k, int32_t count)
+static int64_t texel_of(const pv_enlarge *e, int32_t fold, int32_t copy, int32_t k, int32_t count)
 {
     int32_t width = e->known.width, height = e->known.height;
     int32_t left = fold % 2 * (width / 2), top = fold / 2 * (height / 2);
     int64_t wide = fold % 2 ? width - width / 2 : width / 2, high = fold / 2 ? height - height / 2 : height / 2;
     int64_t first = k * wide * high / count, after = (k + 1) * wide * high / count;
-    int64_t at = first + pv_below(pv_draw(0, PV_DRAW_SKETCH, (uint32_t)k, (uint32_t)fold, 1).word[0],
+    int64_t at = first + pv_below(pv_draw(0, PV_DRAW_SKETCH, (uint32_t)k, (uint32_t)fold, 1 + (uint32_t)copy).word[0],
                                   (uint32_t)(after - first));
     return (top + at / wide) * width + left + at % wide;
 }
@@ -75,18 +79,38 @@ static int32_t texels_of_fold(const pv_enlarge *e, int32_t fold, int32_t most)
     return (int32_t)(wide * high < most / FOLDS ? wide * high : most / FOLDS);
 }
 
-static void fill_lesson(lesson *l, const pv_texels *features, int32_t most)
+/* So many texels of a quarter in one copy, from the first row on. */
+static pave_result fill_part(lesson *l, int32_t fold, int32_t copy, int32_t first, int32_t count)
 {
     const pv_enlarge *e = l->e;
-    int32_t n = e->coefficients, i = 0;
-    for (int32_t fold = 0; fold < FOLDS; fold++)
-        for (int32_t k = 0; k < texels_of_fold(e, fold, most); k++, i++) {
-            int64_t texel = texel_of(e, fold, k, texels_of_fold(e, fold, most));
-            memcpy(l->feature + (int64_t)i * l->features, features->values + texel * l->features,
-                   (size_t)l->features * sizeof(float));
-            for (int32_t c = 0; c < n; c++)
-                l->target[(int64_t)i * n + c] = e->known.values[texel * n + c] - (float)e->middle[c];
-        }
+    int32_t n = e->coefficients;
+    pave_result result = PAVE_OK;
+    int64_t *texels = pv_allocate(e->context, (size_t)count, sizeof *texels, &result);
+    for (int32_t k = 0; k < count && !result; k++) {
+        float *target = l->target + (int64_t)(first + k) * n;
+        texels[k] = texel_of(e, fold, copy, k, count);
+        pv_enlarge_copied(e, &e->copy[copy], texels[k], target);
+        for (int32_t c = 0; c < n; c++)
+            target[c] -= (float)e->middle[c];
+    }
+    if (!result)
+        result = pv_around_describe(l->around, &e->copy[copy], texels, count,
+                                    l->feature + (int64_t)first * l->features);
+    pv_release(texels);
+    return result;
+}
+
+static pave_result fill_lesson(lesson *l)
+{
+    pave_result result = PAVE_OK;
+    for (int32_t fold = 0; fold < FOLDS && !result; fold++) {
+        result = fill_part(l, fold, 0, l->from[fold], l->sampled[fold]);
+        for (int32_t copy = 1; copy < l->copies && !result; copy++)
+            result = fill_part(l, fold, copy, l->from[fold] + l->sampled[fold] + (copy - 1) * l->copied[fold],
+                               l->copied[fold]);
+    }
+    if (result)
+        return result;
     for (int32_t k = 0; k < l->centres; k++)
         memcpy(l->centre + (int64_t)k * l->features, l->feature + (int64_t)k * l->texels / l->centres * l->features,
                (size_t)l->features * sizeof(float));
@@ -94,14 +118,25 @@ static void fill_lesson(lesson *l, const pv_texels *features, int32_t most)
         l->scale += distance(l->feature + (int64_t)k * l->features,
                              l->centre + (int64_t)(k * 7919LL % l->centres) * l->features, l->features) / l->texels;
     l->scale = fmax(l->scale, 1e-12);
+    return PAVE_OK;
 }
 
-static pave_result open_lesson(pv_enlarge *e, const pv_texels *features, int32_t most, int32_t centres, lesson *l)
+/* At most so many texels of the sample, and three times as many of its copies. */
+static void count_rows(lesson *l, int32_t most)
 {
+    for (int32_t fold = 0; fold < FOLDS; fold++) {
+        int32_t own = l->sampled[fold] = texels_of_fold(l->e, fold, most), others = l->copies - 1;
+        l->copied[fold] = others > MORE ? MORE * own / others : own;
+        l->from[fold + 1] = l->from[fold] + own + others * l->copied[fold];
+    }
+}
+
+static pave_result open_lesson(const pv_around *around, int32_t copies, int32_t most, int32_t centres, lesson *l)
+{
+    pv_enlarge *e = around->e;
     pave_result result = PAVE_OK;
-    *l = (lesson){ .e = e, .features = features->channels };
-    for (int32_t fold = 0; fold < FOLDS; fold++)
-        l->from[fold + 1] = l->from[fold] + texels_of_fold(e, fold, most);
+    *l = (lesson){ .e = e, .around = around, .copies = copies, .features = around->features };
+    count_rows(l, most);
     l->texels = l->from[FOLDS];
     l->centres = l->texels < centres ? l->texels : centres;
     size_t texels = (size_t)l->texels, middle = (size_t)l->centres, bytes = (size_t)l->features * sizeof(float);
@@ -119,7 +154,7 @@ static pave_result open_lesson(pv_enlarge *e, const pv_texels *features, int32_t
     if (!result)
         l->side = pv_allocate(e->context, FOLDS * middle, (size_t)e->coefficients * sizeof *l->side, &result);
     if (!result)
-        fill_lesson(l, features, most);
+        result = fill_lesson(l);
     return result;
 }
 
@@ -246,14 +281,17 @@ static pave_result narrow(const lesson *l, const answer *a, float **out)
     return result;
 }
 
-/* What is missed of the quarter that was held out: squares, and with `spread` their products, are added up. */
+/* What is missed of the quarter that was held out, copies aside: squares, and with `spread` their products, are added
+ * up. */
 static pave_result miss(const lesson *l, const answer *a, double *squares, double *spread)
 {
     pv_enlarge *e = l->e;
     int32_t n = e->coefficients;
-    int64_t first = l->from[a->held_out], rows = l->from[a->held_out + 1] - first;
+    int64_t first = l->from[a->held_out], rows = l->sampled[a->held_out];
     float *weights = NULL, *missed = NULL;
-    double *products = NULL;
+    double *products = NULL, own = 0;
+    for (int32_t fold = 0; fold < FOLDS; fold++)
+        own += l->sampled[fold];
     pave_result result = narrow(l, a, &weights);
     if (!result)
         missed = pv_allocate(e->context, (size_t)rows, (size_t)n * sizeof *missed, &result);
@@ -271,7 +309,7 @@ static pave_result miss(const lesson *l, const answer *a, double *squares, doubl
     if (!result && spread)
         result = pv_gram(e->context, &e->algebra, rows, n, missed, products);
     for (int32_t i = 0; i < n * n && spread && !result; i++)
-        spread[i] += products[i] / l->texels;
+        spread[i] += products[i] / own;
     pv_release(products);
     pv_release(weights);
     pv_release(missed);
@@ -281,6 +319,7 @@ static pave_result miss(const lesson *l, const answer *a, double *squares, doubl
 /* ---- Settings ---- */
 
 typedef struct settings {
+    int32_t copies;
     double sigma, width, ridge, squares;
 } settings;
 
@@ -298,21 +337,21 @@ static pave_result try_width(lesson *l, double sigma, double width, answer *answ
         for (int32_t fold = 0; fold < FOLDS && !result; fold++)
             result = miss(l, &answers[r * FOLDS + fold], &squares, NULL);
         if (!result && squares < best->squares)
-            *best = (settings){ sigma, width, ridges[r], squares };
+            *best = (settings){ l->copies, sigma, width, ridges[r], squares };
     }
     return result;
 }
 
 /* All widths, or the best so far. */
-static pave_result try_sigma(pv_enlarge *e, double sigma, settings *best)
+static pave_result try_sigma(pv_enlarge *e, double sigma, int32_t copies, settings *best)
 {
     double width = best->width;
-    pv_texels features = { 0 };
+    pv_around around;
     lesson l = { 0 };
     answer answers[MOST_ANSWERS] = { 0 };
-    pave_result result = pv_enlarge_describe(e, sigma, &features, NULL);
+    pave_result result = pv_around_learn(e, sigma, &around);
     if (!result)
-        result = open_lesson(e, &features, TRIED_TEXELS, TRIED_CENTRES, &l);
+        result = open_lesson(&around, copies, TRIED_TEXELS, TRIED_CENTRES, &l);
     if (!result)
         result = make_answers(&l, answers, MOST_ANSWERS);
     for (int32_t w = 0; w < WIDTHS && !result; w++)
@@ -320,17 +359,22 @@ static pave_result try_sigma(pv_enlarge *e, double sigma, settings *best)
             result = try_width(&l, sigma, widths[w], answers, best);
     free_answers(answers, MOST_ANSWERS);
     free_lesson(&l);
-    pv_release(features.values);
+    pv_around_free(&around);
     return result;
 }
 
+/* With all copies, with those that are not askew, and without: a class may have a grain, or a hand. */
 static pave_result choose_settings(pv_enlarge *e, settings *best, double from, double to)
 {
-    pave_result result = PAVE_OK;
-    for (int32_t s = 0; s < SIGMAS && !result; s++) {
-        result = try_sigma(e, sigmas[s], best);
+    pave_result result = try_sigma(e, sigmas[0], e->copies, best);
+    if (!result && e->straight < e->copies)
+        result = try_sigma(e, sigmas[0], e->straight, best);
+    if (!result && e->straight > 1)
+        result = try_sigma(e, sigmas[0], 1, best);
+    for (int32_t s = 1; s < SIGMAS && !result; s++) {
+        result = pv_progress(e->context, from + (to - from) * s / SIGMAS);
         if (!result)
-            result = pv_progress(e->context, from + (to - from) * (s + 1) / SIGMAS);
+            result = try_sigma(e, sigmas[s], best->copies, best);
     }
     return result;
 }
@@ -339,8 +383,7 @@ static pave_result choose_settings(pv_enlarge *e, settings *best, double from, d
 
 typedef struct telling {
     const lesson *l;
-    const pv_texels *features;
-    const float *weights;
+    const float *features, *weights;
     float *room; /* kernels of a block of texels, for each worker */
 } telling;
 
@@ -352,14 +395,14 @@ static void tell_block(void *data, int32_t begin, int32_t end, int32_t worker)
     float *kernel = t->room + (int64_t)worker * BLOCK * l->centres;
     float *out = e->made.values + (int64_t)begin * e->coefficients;
     for (int32_t i = begin; i < end; i++)
-        kernels_of(l, t->features->values + (int64_t)i * l->features, kernel + (int64_t)(i - begin) * l->centres);
+        kernels_of(l, t->features + (int64_t)i * l->features, kernel + (int64_t)(i - begin) * l->centres);
     pv_multiply(&e->algebra, 0, 0, end - begin, e->coefficients, l->centres, kernel, l->centres, t->weights,
                 e->coefficients, 0, out, e->coefficients);
     for (int64_t i = 0; i < (int64_t)(end - begin) * e->coefficients; i++)
         out[i] += (float)e->middle[i % e->coefficients];
 }
 
-static pave_result tell_all(lesson *l, const pv_texels *features, const float *weights, double from, double to)
+static pave_result tell_all(lesson *l, const float *features, const float *weights, double from, double to)
 {
     pv_enlarge *e = l->e;
     telling t = { l, features, weights, NULL };
@@ -407,25 +450,30 @@ static pave_result teach(lesson *l, const settings *best, float **weights)
 
 pave_result pv_enlarge_predict(pv_enlarge *e, double from, double to)
 {
-    pv_texels features = { 0 }, of_whole = { 0 };
+    pv_around around = { 0 };
     lesson l = { 0 };
-    float *weights = NULL;
+    float *weights = NULL, *features = NULL;
     settings best = { .squares = INFINITY };
     double before = variance(e), most = from + 0.7 * (to - from);
     pave_result result = choose_settings(e, &best, from, from + 0.4 * (to - from));
     if (!result)
-        result = pv_enlarge_describe(e, best.sigma, &features, &of_whole);
+        result = pv_around_learn(e, best.sigma, &around);
     if (!result)
-        result = open_lesson(e, &features, MOST_TEXELS, MOST_CENTRES, &l);
+        result = open_lesson(&around, best.copies, MOST_TEXELS / (best.copies > 1 ? 1 + MORE : 1), MOST_CENTRES, &l);
     if (!result)
         result = teach(&l, &best, &weights);
     if (!result)
         e->left = before > 0 ? variance(e) / before : 0;
     if (!result)
-        result = tell_all(&l, &of_whole, weights, most, to);
+        features = pv_allocate(e->context, (size_t)pv_texels_count(&e->made), (size_t)around.features *
+                               sizeof *features, &result);
+    if (!result)
+        result = pv_around_describe(&around, NULL, NULL, pv_texels_count(&e->made), features);
+    if (!result)
+        result = tell_all(&l, features, weights, most, to);
     pv_release(weights);
-    pv_release(features.values);
-    pv_release(of_whole.values);
+    pv_release(features);
+    pv_around_free(&around);
     free_lesson(&l);
     return result;
 }

@@ -5,20 +5,21 @@
 
 static const double near_enough = 2e-3; /* rad */
 
-static pave_direction flipped(pave_direction d, int32_t flips)
+static pave_direction moved(pave_direction d, const double across[4])
 {
-    double vector[3];
-    pv_direction_vector(d, vector);
-    vector[0] = flips & 1 ? -vector[0] : vector[0];
-    vector[1] = flips & 2 ? -vector[1] : vector[1];
-    return pv_vector_direction(vector);
+    double from[3], to[3];
+    pv_direction_vector(d, from);
+    to[0] = across[0] * from[0] + across[1] * from[1];
+    to[1] = across[2] * from[0] + across[3] * from[1];
+    to[2] = from[2];
+    return pv_vector_direction(to);
 }
 
-static int map_all(const pv_directions *directions, int32_t flips, int32_t *out)
+int pv_directions_moved(const pv_directions *directions, const double across[4], int32_t *out)
 {
     for (int32_t i = 0; i < directions->count; i++) {
         double away;
-        out[i] = pv_directions_nearest(directions, flipped(directions->direction[i], flips), &away);
+        out[i] = pv_directions_nearest(directions, moved(directions->direction[i], across), &away);
         if (away > near_enough)
             return 0;
     }
@@ -31,12 +32,14 @@ pave_result pv_symmetry_find(pave_context *context, const pv_directions *views, 
     pave_result result = PAVE_OK;
     memset(out, 0, sizeof *out);
     for (int32_t flips = 0; flips < (wanted ? 4 : 1) && !result; flips++) {
+        const double across[4] = { flips & 1 ? -1 : 1, 0, 0, flips & 2 ? -1 : 1 };
         int32_t k = out->count;
         out->view[k] = pv_allocate(context, (size_t)views->count, sizeof **out->view, &result);
         if (!result)
             out->light[k] = pv_allocate(context, (size_t)lights->count, sizeof **out->light, &result);
         out->flips[k] = flips;
-        if (!result && map_all(views, flips, out->view[k]) && map_all(lights, flips, out->light[k])) {
+        if (!result && pv_directions_moved(views, across, out->view[k]) &&
+            pv_directions_moved(lights, across, out->light[k])) {
             out->count++;
             continue;
         }

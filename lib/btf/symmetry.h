@@ -15,6 +15,9 @@ pave_result pv_symmetry_find(pave_context *context, const pv_directions *views, 
                              int wanted, pv_symmetry *out);
 void pv_symmetry_free(pv_symmetry *symmetry);
 
+/* Where each direction goes under an orthogonal matrix across the plane; 0 if one goes where there is none. */
+int pv_directions_moved(const pv_directions *directions, const double across[4], int32_t *out);
+
 /* 1 or -1: what a function of block `block` (0 .. count-1) is multiplied by under an element. */
 static inline int pv_symmetry_sign(const pv_symmetry *symmetry, int32_t element, int32_t block)
 {

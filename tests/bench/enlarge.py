@@ -36,6 +36,14 @@ class Studio(Laboratory):
         params.window = window or [0, 0, 0, 0]
         return self.make(self.c.pave_btf_synthesize, "pave_btf", self.context, params)
 
+    def on_disk(self, btf, path):
+        """Written, and mapped from then on."""
+        null = self.ffi.NULL
+        if self.c.pave_btf_write(self.context, btf, null, str(path).encode()):
+            raise RuntimeError(self.ffi.string(self.c.pave_context_message(self.context)).decode())
+        self.free("pave_btf", btf)
+        return self.make(self.c.pave_btf_read, "pave_btf", self.context, str(path).encode(), null)
+
     def plan_of(self, btf, pairs):
         views, lights = [self.ffi.new("int32_t[]", [int(f(p, 151)) for p in pairs]) for f in (int.__floordiv__, int.__mod__)]
         return self.make(self.c.pave_btf_plan_of_pairs, "pave_btf_plan", self.context, btf, views, lights, len(pairs))
@@ -215,10 +223,12 @@ def even_light(studio, scene, whole):
     return studio.picture(mean)
 
 
-def jobs(kinds, sets, nested):
+def jobs(kinds, wanted, sets, nested):
     """(photographs, their pairs or None, label, parameters) of every run."""
     counted = {f"random {n}": nested[:n] for n in COUNTS}
     for of, pairs in list(sets.items()) + [("mean", None)]:
+        if of not in wanted:
+            continue
         if "paper" in kinds:
             yield of, pairs, "paper 1", dict(mode=1, stage=1)
         if "best" in kinds:
@@ -226,7 +236,7 @@ def jobs(kinds, sets, nested):
         if "look" in kinds and pairs:
             yield of, pairs, "look", dict(aim=1)
     for of, pairs in counted.items():
-        if "best" in kinds and len(pairs) not in (1, 10):
+        if "counts" in kinds and len(pairs) not in (1, 10):
             yield of, pairs, "best", {}
         if "forced" in kinds:
             yield of, pairs, "paper 3", dict(mode=1, stage=3)
@@ -238,11 +248,15 @@ def study(studio, name, options, row, keep):
     kinds = options.kinds.split(",")
     first = (options.whole - options.sample) // 2
     scene = studio.material(name, options.whole)
-    sample = studio.material(name, options.whole, [first, first, options.sample, options.sample], 1)
+    sample = studio.material(name, options.whole, [first, first, options.sample, options.sample], not options.disk)
+    if options.disk:
+        sample = studio.on_disk(sample, pathlib.Path(options.disk) / f"{name}-{options.sample}.bdi")
     chance = numpy.random.default_rng(3)
     nested = [0] + [int(p) for p in chance.permutation(151 * 151)[:39]]
-    planned = studio.planned(sample, 10)
-    sets = {"top": nested[:1], "random": nested[:10], "planned": planned}
+    if "planned" in options.sets and "plan" not in row:
+        row["plan"] = [int(p) for p in studio.planned(sample, 10)]
+        keep()
+    sets = {"top": nested[:1], "random": nested[:10], "planned": row.get("plan")}
     even = None
     state = {}
 
@@ -263,7 +277,8 @@ def study(studio, name, options, row, keep):
             truth = state["truth"]
             row["least"] = float(numpy.sqrt(numpy.maximum(truth.energy, 0) / truth.values).mean())
         truth = state["truth"]
-        put(f"{of} {label}", (truth.error(field) / row["least"], truth.sharpness(field), took))
+        if label:
+            put(f"{of} {label}", (truth.error(field) / row["least"], truth.sharpness(field), took))
         studio.free("pave_btf", out)
         if plan:
             studio.free("pave_btf_plan", plan)
@@ -277,15 +292,17 @@ def study(studio, name, options, row, keep):
             out[..., 3 * i:3 * i + 3] = numpy.moveaxis(encode(picture), 0, -1)
         return out
 
-    for of, pairs, label, fields in jobs(kinds, sets, nested):
+    for of, pairs, label, fields in jobs(kinds, options.sets.split(","), sets, nested):
         if f"{of} {label}" in row:
             continue
         if not pairs and not even:
             even = even_light(studio, scene, options.whole)
         run(of, pairs, label, fields)
     for of, pairs in sets.items() if "baselines" in kinds else ():
-        if f"{of} mean" in row:
+        if f"{of} mean" in row or of not in options.sets.split(","):
             continue
+        if not state:
+            run(of, pairs, "", dict(mode=1, stage=1, levels=1))
         given = guides(pairs)
         seen = given[first:first + options.sample, first:first + options.sample]
         for label, (error, sharp) in baselines(state["truth"], state["known"], seen, given, first).items():
@@ -303,10 +320,13 @@ def main():
     parser.add_argument("--sample", type=int, default=128)
     parser.add_argument("--whole", type=int, default=256)
     parser.add_argument("--kinds", default="best,look,paper,baselines",
-                        help="and forced: the paper's other stages, of 1 to 40 photographs")
+                        help="and counts: best mode from 2 to 40; forced: the paper's other stages from 1 to 40")
+    parser.add_argument("--sets", default="top,random,planned,mean", help="of photographs")
+    parser.add_argument("--disk", help="a folder for samples that are not to be held in memory")
+    parser.add_argument("--most", type=float, default=0, help="GiB that the library may take")
     parser.add_argument("--json", help="rows that are in this file already are not run again")
     options = parser.parse_args()
-    studio = Studio(pathlib.Path(options.build) / "lib" / "libpave.so", 2)
+    studio = Studio(pathlib.Path(options.build) / "lib" / "libpave.so", 2, most=int(options.most * 2**30))
     file = pathlib.Path(options.json) if options.json else None
     rows = json.loads(file.read_text()) if file and file.exists() else {}
 

@@ -19,13 +19,18 @@ def declarations():
 
 
 class Library:
-    def __init__(self, path, threads, backend=0):
+    def __init__(self, path, threads, backend=0, most=0):
+        """`most`: bytes that may be held, unless 0."""
         self.ffi = cffi.FFI()
         self.ffi.cdef(declarations())
         self.c = self.ffi.dlopen(str(path))
         params = self.ffi.new("pave_context_params *")
         self.c.pave_context_params_init(params, self.ffi.sizeof(params[0]))
         params.threads, params.backend = threads, backend
+        limits = self.ffi.new("pave_limits *")
+        self.c.pave_limits_init(limits, self.ffi.sizeof(limits[0]))
+        limits.max_bytes = most or limits.max_bytes
+        params.limits = limits
         self.context = self.make(self.c.pave_context_create, "pave_context", params)
 
     def make(self, create, kind, *arguments):

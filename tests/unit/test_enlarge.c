@@ -88,6 +88,7 @@ static pave_btf_enlarge_params small_params(void)
     params.chroma = 4;
     params.neighbourhood = 4;
     params.type = PAVE_F32;
+    params.symmetric = 0;
     return params;
 }
 
@@ -228,6 +229,122 @@ static void systems_are_solved(void **state)
     pv_algebra_close(&algebra);
 }
 
+/* ---- Copies ---- */
+
+static void slope(int32_t texel, double out[2])
+{
+    out[0] = 0.4 * sin(0.7 * (texel % SAMPLE) + 0.2 * (texel / SAMPLE));
+    out[1] = 0.3 * cos(0.5 * (texel / SAMPLE));
+}
+
+/* Light from above the slope is bright; views see alike. */
+static pave_btf *slopes(pave_context *context)
+{
+    pave_btf *btf = frame(context, SAMPLE, 1);
+    for (int32_t t = 0; t < SAMPLE * SAMPLE; t++)
+        for (int32_t p = 0; p < PAIRS; p++) {
+            double of[2], towards[3];
+            pv_direction_vector(btf->lights.direction[p % DIRECTIONS], towards);
+            slope(t, of);
+            float value = (float)exp(-2 + 4 * (towards[0] * of[0] - towards[1] * of[1]));
+            pv_btf_put(btf, t, p, 1, &value);
+        }
+    return btf;
+}
+
+static void open_enlargement(pv_enlarge *e)
+{
+    assert_ok(pv_algebra_open(e->context, &e->algebra));
+    assert_ok(pv_btf_copy_frame(e->context, e->sample, &e->out));
+    e->out->colour = PV_COLOUR_LOG;
+    e->planes = 1;
+    assert_ok(pv_enlarge_factor(e));
+    assert_ok(pv_enlarge_guide(e));
+}
+
+static void close_enlargement(pv_enlarge *e)
+{
+    pv_enlarge_free_copies(e);
+    pv_release(e->guide->own);
+    pv_release(e->guide);
+    pv_release(e->given_pair);
+    pv_release(e->sample_pair);
+    pv_release(e->middle);
+    pv_release(e->spread);
+    pv_release(e->known.values);
+    pv_release(e->given.values);
+    pave_btf_free(&e->out);
+    pv_algebra_close(&e->algebra);
+}
+
+/* A copy's slope is the sample's, turned: its photographs show that, and so do its coefficients. */
+static void copies_are_turned_material(void **state)
+{
+    needs_algebra(*state);
+    pave_btf *sample = slopes(*state);
+    pave_btf_plan *plan = plan_of(*state, sample, 3);
+    pave_btf_enlarge_params params = small_params();
+    params.symmetric = 1;
+    pv_enlarge e = { .context = *state, .sample = sample, .photos = sample, .plan = plan, .params = &params };
+    open_enlargement(&e);
+    assert_int_equal(e.copies, 12); /* a ring of six */
+    assert_int_equal(e.straight, 4);
+    for (int32_t i = 0; i < e.copies; i++)
+        for (int32_t t = 0; t < SAMPLE * SAMPLE; t += 11) {
+            const pv_copy *copy = &e.copy[i];
+            double of[2], turned[2], towards[3];
+            float coefficients[8];
+            slope(t, of);
+            turned[0] = copy->place[0] * of[0] + copy->place[2] * of[1];
+            turned[1] = copy->place[1] * of[0] + copy->place[3] * of[1];
+            pv_enlarge_copied(&e, copy, t, coefficients);
+            for (int32_t g = 0; g < e.guides; g++) {
+                pv_direction_vector(sample->lights.direction[e.sample_pair[g] % DIRECTIONS], towards);
+                double wanted = -2 + 4 * (towards[0] * turned[0] - towards[1] * turned[1]), shown = 0;
+                assert_float_equal(copy->seen.values[t * e.guides + g], wanted, 1e-3);
+                for (int32_t k = 0; k < e.coefficients; k++)
+                    shown += (double)e.guide[g].row[k] * (double)coefficients[k];
+                assert_float_equal(shown, wanted, 1e-2);
+            }
+        }
+    close_enlargement(&e);
+    pave_btf_plan_free(&plan);
+    pave_btf_free(&sample);
+}
+
+/* What is around a texel of a copy is what would be around it if the copy lay there as a picture. */
+static void windows_of_copies_lie_as_they_do(void **state)
+{
+    needs_algebra(*state);
+    pave_btf *sample = slopes(*state);
+    pave_btf_plan *plan = plan_of(*state, sample, 3);
+    pave_btf_enlarge_params params = small_params();
+    params.symmetric = 1;
+    pv_enlarge e = { .context = *state, .sample = sample, .photos = sample, .plan = plan, .params = &params };
+    pv_around around;
+    float of_copy[128], of_picture[128];
+    open_enlargement(&e);
+    assert_ok(pv_around_learn(&e, 2, &around));
+    for (int32_t i = 0; i < e.straight; i++) {
+        const pv_copy *copy = &e.copy[i];
+        int32_t flip_x = copy->place[0] < 0, flip_y = copy->place[3] < 0;
+        int64_t texel = 5 * SAMPLE + 9, place = (flip_y ? SAMPLE - 6 : 5) * SAMPLE + (flip_x ? SAMPLE - 10 : 9);
+        for (int32_t t = 0; t < SAMPLE * SAMPLE; t++) {
+            int32_t x = flip_x ? SAMPLE - 1 - t % SAMPLE : t % SAMPLE, y = flip_y ? SAMPLE - 1 - t / SAMPLE : t / SAMPLE;
+            memcpy(e.given.values + (y * SAMPLE + x) * e.guides, copy->seen.values + t * e.guides,
+                   (size_t)e.guides * sizeof(float));
+        }
+        assert_ok(pv_around_describe(&around, copy, &texel, 1, of_copy));
+        assert_ok(pv_around_describe(&around, NULL, &place, 1, of_picture));
+        for (int32_t k = 0; k < around.features; k++)
+            assert_float_equal(of_copy[k], of_picture[k], 1e-4);
+    }
+    pv_around_free(&around);
+    close_enlargement(&e);
+    pave_btf_plan_free(&plan);
+    pave_btf_free(&sample);
+}
+
 /* ---- Enlargements ---- */
 
 /* Two patterns are known from two photographs; one shows the one only. */
@@ -238,13 +355,16 @@ static void photographs_tell_what_they_show(void **state)
     pave_btf *sample = material(*state, SAMPLE, LEFT, 1), *truth = material(*state, WHOLE, 0, 1);
     pave_btf_enlargement report;
     pave_btf_enlarge_params params = small_params(), paper = small_params();
-    double one = enlarge(*state, sample, truth, 1, params, &report);
+    double one = enlarge(*state, sample, truth, 1, params, &report), alone = report.explained;
     assert_figure(report.explained > 0.2 && report.explained < 0.9);
     double three = enlarge(*state, sample, truth, 3, params, &report);
     assert_figure(report.explained > 0.97 && report.missed < 0.05);
     double eight = enlarge(*state, sample, truth, 8, params, &report);
     assert_figure(three < 0.25 * one && eight < 1.01 * three);
 
+    params.symmetric = 1; /* the patterns are no friends of mirrors, and parts that are held out tell */
+    enlarge(*state, sample, truth, 1, params, &report);
+    assert_figure(report.explained > alone - 0.02);
     params.aim = PAVE_BTF_AIM_LOOK;
     double look = enlarge(*state, sample, truth, 3, params, &report);
     assert_figure(look < 0.5 * one && report.sharpness > 0.9 && report.sharpness < 1.1);
@@ -327,6 +447,7 @@ static void threads_do_not_matter(void **state)
             pave_btf_enlarge_params params = small_params();
             params.mode = mode == 2 ? PAVE_BTF_PAPER : PAVE_BTF_BEST;
             params.aim = mode == 1 ? PAVE_BTF_AIM_LOOK : PAVE_BTF_AIM_ERROR;
+            params.symmetric = mode == 1;
             assert_ok(pave_btf_enlarge(context, sample, truth, plan, NULL, &params, &out, NULL));
             hash[i] = hash_of(out);
             pave_btf_free(&out);
@@ -496,6 +617,8 @@ int main(void)
         cmocka_unit_test(windows_are_the_nearest),
         cmocka_unit_test(octaves_get_the_samples_power),
         cmocka_unit_test(systems_are_solved),
+        cmocka_unit_test(copies_are_turned_material),
+        cmocka_unit_test(windows_of_copies_lie_as_they_do),
         cmocka_unit_test(photographs_tell_what_they_show),
         cmocka_unit_test(even_light_and_place_are_used),
         cmocka_unit_test(threads_do_not_matter),
