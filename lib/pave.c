@@ -1,7 +1,6 @@
 /* The whole job in one call, and the register of parameter tables: the two things that know every stage. */
 #include "base/params.h"
 #include "btf/enlarge.h"
-#include "btf/exemplar.h"
 #include "btf/model.h"
 #include "cvd/cvd.h"
 #include "field/field.h"
@@ -9,6 +8,7 @@
 #include "maps/maps.h"
 #include "mosaic/mosaic.h"
 #include "solid/solid.h"
+#include "statistics/statistics.h"
 #include "stones/stones.h"
 #include "tiling/tiling.h"
 

@@ -16,11 +16,12 @@ none() { # none WHAT GREP-ARGUMENTS...: complains about each line found
 $found"
 }
 
-# util < base < image < backend < field < cvd < stones < { mosaic, tiling, solid, btf } < maps < io
+# util < base < image < backend < field < cvd < stones < { mosaic, tiling, solid, statistics < btf } < maps < io
 below_util="util" below_base="$below_util base" below_image="$below_base image" below_backend="$below_image backend"
 below_field="$below_backend field" below_cvd="$below_field cvd" below_stones="$below_cvd stones"
 below_mosaic="$below_stones mosaic" below_tiling="$below_stones tiling" below_solid="$below_stones solid"
-below_btf="$below_stones btf" below_maps="$below_stones mosaic tiling solid btf maps" below_io="$below_maps io"
+below_statistics="$below_stones statistics" below_btf="$below_statistics btf"
+below_maps="$below_btf mosaic tiling solid maps" below_io="$below_maps io"
 for folder in lib/*/; do
   layer=$(basename "$folder")
   eval "allowed=\${below_$layer:-}"
@@ -38,7 +39,7 @@ none "EGL and GLES headers only in lib/backend/egl" '#include <(EGL|GLES)' lib c
 none "OpenImageIO only in lib/io/oiio.cpp" '#include <OpenImageIO' lib cli examples --exclude=oiio.cpp
 none "libpng and libjpeg only in lib/io/png.c and jpeg.c" '#include <(png|jpeglib)' lib cli examples --exclude=png.c --exclude=jpeg.c
 none "OpenEXR only in lib/io/exr*" '#include <openexr|#include <OpenEXR' lib cli examples --exclude='exr*.[ch]'
-none "cli and examples include <pave/...> only" '#include "(util|base|image|backend|field|cvd|stones|mosaic|tiling|solid|btf|maps|io)/' cli examples
+none "cli and examples include <pave/...> only" '#include "(util|base|image|backend|field|cvd|stones|mosaic|tiling|solid|statistics|btf|maps|io)/' cli examples
 none "the library never prints, exits or touches the environment, the locale or signals" \
   '(^|[^a-z_])(printf|puts|putchar|perror|abort|exit|_exit|getenv|setenv|putenv|setlocale|signal|sigaction|system) ?\(' \
   lib --include=*.c --include=*.cpp --include=*.h

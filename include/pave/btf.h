@@ -210,7 +210,7 @@ typedef struct pave_btf_model_params {
     double epsilon;     /* added to samples before a logarithm or a division. A white diffuse plane sends 0.318 */
     int32_t symmetric;  /* 1: mirrored and turned copies of the materials belong to the class too, as far as the
                            directions allow */
-    int32_t validate;   /* 1: the last material is held out once, to find how best to reconstruct */
+    int32_t validate;   /* 1: three materials are held out in turn, to find how best to reconstruct */
     int32_t passes;     /* over each material's samples */
 } pave_btf_model_params;
 

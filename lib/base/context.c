@@ -96,6 +96,16 @@ pave_result pave_context_create(const pave_context_params *given, pave_context *
     return result;
 }
 
+void pv_context_alone(const pave_context *context, pave_context *out)
+{
+    memset(out, 0, sizeof *out);
+    out->heap = context->heap;
+    out->limits = context->limits;
+    out->threads = 1;
+    out->stage = "";
+    out->stage_to = 1;
+}
+
 void pave_context_free(pave_context **context)
 {
     if (!context || !*context)

@@ -29,6 +29,10 @@ struct pave_context {
 pave_result pv_fail(pave_context *context, pave_result result, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
+/* A context of one thread, for a task that is made of tasks itself: of the same heap and limits, without callbacks. It
+ * is the caller's, and needs no end. What fails in it has to be said again by the one that it was made of. */
+void pv_context_alone(const pave_context *context, pave_context *out);
+
 /* Sends a warning or a piece of information. */
 void pv_note(pave_context *context, int32_t level, const char *format, ...) __attribute__((format(printf, 3, 4)));
 

@@ -69,10 +69,10 @@ static void fold_rows(void *data, int32_t begin, int32_t end, int32_t worker)
         const int32_t *row = f->row + (int64_t)o * count;
         float *to = f->folded + (int64_t)o * width;
         for (int32_t j = 0; j < width; j++) {
+            const float *column = f->side->values + j + (j < f->side->gap ? 0 : f->side->gap_width);
             double sum = 0;
             for (int32_t k = 0; k < count; k++)
-                sum += pv_symmetry_sign(f->symmetry, k, f->block) *
-                       (double)f->side->values[(int64_t)row[k] * f->side->stride + j];
+                sum += pv_symmetry_sign(f->symmetry, k, f->block) * (double)column[(int64_t)row[k] * f->side->stride];
             to[j] = (float)(sum * (double)f->scale[2 * o]);
         }
     }

@@ -4,12 +4,12 @@
 #include "btf/algebra.h"
 #include "btf/symmetry.h"
 
-/* Left factors of materials, times their singular values, side by side: [row][stride], of which `width` count. Rows are
- * [y of a patch][x][view][light]. */
+/* Left factors of materials, times their singular values, side by side: [row][stride]. Of these `width` count: those
+ * before a gap and those after it. Rows are [y of a patch][x][view][light]. */
 typedef struct pv_side {
     int64_t rows;
     int32_t patch, lights; /* of a row's place */
-    int32_t width, stride;
+    int32_t width, stride, gap, gap_width;
     const float *values;
 } pv_side;
 

@@ -3,8 +3,8 @@
 
 #include "btf/algebra.h"
 #include "btf/model.h"
-#include "btf/statistics.h"
 #include "btf/symmetry.h"
+#include "statistics/planes.h"
 
 extern const pv_table pv_btf_enlarge_table;
 

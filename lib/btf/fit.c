@@ -2,11 +2,14 @@
 #include "btf/model.h"
 
 #include "btf/eigenspace.h"
+#include "btf/evidence.h"
 #include "btf/factor.h"
 #include "base/parallel.h"
 
 #include <math.h>
 #include <string.h>
+
+enum { FOLDS = 3 };
 
 /* The materials' bases side by side, for each plane and for texels and patches. */
 typedef struct fitting {
@@ -19,7 +22,7 @@ typedef struct fitting {
     pv_symmetry symmetry;
     pv_side side[PV_BTF_CHANNELS][2];
     float *values[PV_BTF_CHANNELS][2];
-    double *energy[PV_BTF_CHANNELS][2]; /* of the first so many materials */
+    double *energy[PV_BTF_CHANNELS][2]; /* of each material */
     int32_t *width[PV_BTF_CHANNELS][2]; /* alike */
     int64_t *columns[2];                /* alike */
     float (*seen)[2][PV_BTF_CHANNELS];  /* least and greatest values, of each worker */
@@ -115,9 +118,8 @@ static void append(fitting *f, int32_t of, int32_t index, const pv_factors *fact
                 f->values[c][of][r * side->stride + side->width + k] =
                     own->left[r * own->components + k] * own->singular[k];
         side->width += own->components;
-        f->width[c][of][index] = side->width;
-        energy /= fmax(1 - own->error * own->error, 1e-12);
-        f->energy[c][of][index] = energy + (index ? f->energy[c][of][index - 1] : 0);
+        f->width[c][of][index] = own->components;
+        f->energy[c][of][index] = energy / fmax(1 - own->error * own->error, 1e-12);
     }
 }
 
@@ -140,7 +142,7 @@ static pave_result fit_material(fitting *f, int32_t index, int32_t of)
     if (result)
         return result;
     append(f, of, index, factors);
-    f->columns[of][index] = columns.count + (index ? f->columns[of][index - 1] : 0);
+    f->columns[of][index] = columns.count;
     for (int32_t c = 0; c < model->planes; c++)
         pv_factors_free(&factors[c]);
     return PAVE_OK;
@@ -171,13 +173,27 @@ static pave_result open_sides(fitting *f)
     return result;
 }
 
-/* The basis of the first `count` materials. */
-static pave_result merge_basis(fitting *f, int32_t count, int32_t plane, int32_t of)
+/* Materials but one; -1: all of them. */
+static int64_t count_columns(const fitting *f, int32_t without, int32_t of)
+{
+    int64_t columns = 0;
+    for (int32_t i = 0; i < f->count; i++)
+        columns += i == without ? 0 : f->columns[of][i];
+    return columns;
+}
+
+/* The basis of all materials but one. */
+static pave_result merge_basis(fitting *f, int32_t without, int32_t plane, int32_t of)
 {
     pv_basis *basis = &f->model->basis[plane][of];
     pv_side side = f->side[plane][of];
-    double columns = (double)f->columns[of][count - 1], inside = 0;
-    side.width = f->width[plane][of][count - 1];
+    double columns = (double)count_columns(f, without, of), inside = 0, energy = 0;
+    for (int32_t i = 0; i < f->count; i++)
+        energy += i == without ? 0 : f->energy[plane][of][i];
+    for (int32_t i = 0; i < without; i++)
+        side.gap += f->width[plane][of][i];
+    side.gap_width = without < 0 ? 0 : f->width[plane][of][without];
+    side.width -= side.gap_width;
     basis->components = of == PV_OF_PATCHES ? f->params->components : f->params->abrdfs;
     pave_result result = pv_eigenspace(f->context, &f->algebra, &side, &f->symmetry, &basis->components, &basis->left,
                                        &basis->deviation);
@@ -185,22 +201,22 @@ static pave_result merge_basis(fitting *f, int32_t count, int32_t plane, int32_t
         inside += (double)basis->deviation[k] * basis->deviation[k];
         basis->deviation[k] = (float)((double)basis->deviation[k] / sqrt(columns));
     }
-    basis->whole = f->energy[plane][of][count - 1] / columns / (double)side.rows;
-    basis->outside = fmax(f->energy[plane][of][count - 1] - inside, 0) / columns / (double)side.rows;
+    basis->whole = energy / columns / (double)side.rows;
+    basis->outside = fmax(energy - inside, 0) / columns / (double)side.rows;
     return result;
 }
 
-static pave_result merge_bases(fitting *f, int32_t count)
+static pave_result merge_bases(fitting *f, int32_t without)
 {
     pave_result result = PAVE_OK;
     pv_model_drop_bases(f->model);
     for (int32_t c = 0; c < f->model->planes && !result; c++)
         for (int32_t of = 0; of < 2 && !result; of++)
             if (f->values[c][of])
-                result = merge_basis(f, count, c, of);
-    f->model->materials = count;
-    f->model->texels = f->columns[PV_OF_TEXELS][count - 1];
-    f->model->patches = f->columns[PV_OF_PATCHES][count - 1];
+                result = merge_basis(f, without, c, of);
+    f->model->materials = f->count - (without >= 0);
+    f->model->texels = count_columns(f, without, PV_OF_TEXELS);
+    f->model->patches = count_columns(f, without, PV_OF_PATCHES);
     return result;
 }
 
@@ -260,25 +276,43 @@ static pave_result fit_materials(fitting *f, double to)
     return result;
 }
 
-/* Once without the last material, to see how far the others go, and then with all. */
+/* Some materials are held out in turn, to see how far the others go: what one of them says may be true of it alone. */
+static pave_result validate(fitting *f, pv_evidence *evidence)
+{
+    int32_t folds = f->count < FOLDS ? f->count : FOLDS;
+    pave_result result = PAVE_OK;
+    for (int32_t k = 0; k < folds && !result; k++) {
+        int32_t without = f->count - 1 - k * f->count / folds;
+        double from = 0.6 + 0.3 * (k + 0.3) / folds, to = 0.6 + 0.3 * (k + 1) / folds;
+        result = merge_bases(f, without);
+        pv_call call = pv_call_begin(f->context, "validate", from, to);
+        if (!result)
+            result = pv_model_validate(f->context, &f->algebra, f->btfs[without], f->model, evidence);
+        pv_call_end(f->context, call);
+    }
+    return result;
+}
+
 static pave_result fit(fitting *f)
 {
-    int validates = f->params->validate && f->count > 1;
+    pv_evidence *evidence = NULL;
     pave_result result = open_sides(f);
     if (!result)
         f->seen = pv_allocate(f->context, (size_t)pv_workers(f->context), sizeof *f->seen, &result);
     if (!result)
+        result = pv_evidence_create(f->context, f->model->planes, &evidence);
+    if (!result)
         result = fit_materials(f, 0.6);
-    if (!result && validates) {
-        result = merge_bases(f, f->count - 1);
-        pv_call call = pv_call_begin(f->context, "validate", 0.7, 0.9);
-        if (!result)
-            result = pv_model_validate(f->context, &f->algebra, f->btfs[f->count - 1], f->model);
-        pv_call_end(f->context, call);
-    }
+    if (!result && f->params->validate && f->count > 1)
+        result = validate(f, evidence);
     if (!result)
         result = pv_progress(f->context, 0.9);
-    return result ? result : merge_bases(f, f->count);
+    if (!result)
+        result = merge_bases(f, -1);
+    if (!result)
+        pv_evidence_settle(evidence, f->model);
+    pv_evidence_free(evidence);
+    return result;
 }
 
 static void close_fitting(fitting *f)

@@ -15,7 +15,7 @@ static const pv_param model_rows[] = {
     PV_CHOICE(pave_btf_model_params, colour, "auto|log-yuv|log|plain", "what the model is about"),
     PV_REAL(pave_btf_model_params, epsilon, "", 1e-9, 1, "added before a logarithm; white is 0.318"),
     PV_FLAG(pave_btf_model_params, symmetric, "mirrored and turned materials belong to the class too"),
-    PV_FLAG(pave_btf_model_params, validate, "hold the last material out once, to see how best to reconstruct"),
+    PV_FLAG(pave_btf_model_params, validate, "hold three materials out in turn, to see how best to reconstruct"),
     PV_INTEGER(pave_btf_model_params, passes, "", 1, 16, "passes over each material"),
 };
 

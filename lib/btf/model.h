@@ -19,7 +19,7 @@ typedef struct pv_basis {
                          was made of */
 } pv_basis;
 
-/* How to reconstruct from so many samples, found on a material that was held out. */
+/* How to reconstruct from so many samples, found on materials that were held out. */
 typedef struct pv_rung {
     double samples;
     double noise[2]; /* of ABRDFs, and of ABTFs: variance of a measured value about what the basis says */
@@ -104,10 +104,6 @@ pv_rung pv_model_settings(const pave_btf_model *model, int32_t plane, double sam
 /* The rows of a basis for some pairs, of every place of the patch: [place][pair][component]. */
 void pv_basis_rows_of(const pave_btf_model *model, const pv_basis *basis, int32_t places, const int32_t *pairs,
                       int32_t count, float *out);
-
-/* Finds the rungs on a material that the model has not seen. */
-pave_result pv_model_validate(pave_context *context, const pv_algebra *algebra, const pave_btf *btf,
-                              pave_btf_model *model);
 
 /* Greedy choice of pairs by the first plane's ABRDFs: `pairs` and `left`, the trace of what remains unknown after each,
  * have `count` places. */

@@ -1,5 +1,6 @@
-/* How best to reconstruct, found on a material that the model has not seen: for some numbers of samples, how much noise
- * to expect about either basis, and how to mix them. */
+/* Reconstruction tried on a material that the model has not seen: for some numbers of samples, what errors each noise
+ * about either basis makes, and each way to mix them. */
+#include "btf/evidence.h"
 #include "btf/trial.h"
 
 #include "util/random.h"
@@ -7,7 +8,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { TEXELS = 128, PAIRS = 512, FIRST = 8, STEP = 2, NOISES = 13, MOST_SAMPLES = 2048 };
+enum { TEXELS = 128, PAIRS = 512, FIRST = 8, STEP = 2, MOST_SAMPLES = 2048 };
 
 /* One by chance in each share of the pairs. */
 static void ask(pv_trial *t)
@@ -72,76 +73,50 @@ static double mean_square(const pv_trial *t, const float *a, const float *b)
     return sum / (double)count;
 }
 
-static double noise_at(const pv_basis *basis, int32_t step)
-{
-    return basis->whole * pow(10, -0.5 * step);
-}
-
-/* The noise with which a basis by itself predicts best; its prediction comes last. */
-static pave_result find_noise(pv_attempt *a, const pv_basis *basis, float *predicted, double *noise, double *error)
-{
-    pave_result result = PAVE_OK;
-    *error = INFINITY;
-    for (int32_t i = 0; i < NOISES && !result; i++) {
-        result = pv_attempt_predict(a, a->known, noise_at(basis, i), predicted);
-        double here = result ? 0 : mean_square(a->t, predicted, truth_of(a->t, a->plane));
-        if (here < *error) {
-            *error = here;
-            *noise = noise_at(basis, i);
-        }
-    }
-    return result ? result : pv_attempt_predict(a, a->known, *noise, predicted);
-}
-
-/* ABTFs first, then ABRDFs of what they leave: A(b) + share (T - A(T at b)), whose best share has a closed form. */
+/* ABTFs first, then ABRDFs of what they leave: A(b) + share (T - A(T at b)). */
 typedef struct mixing {
-    pv_attempt *texels;
-    float *patches;      /* [texel][asked]: T */
+    pv_attempt *texels, *patches;
+    float *first;        /* [texel][asked]: T */
     float *at_measured;  /* [texel][sample] */
     float *known;        /* [texel][rank]: of it, along the ABRDFs' directions */
     float *own, *theirs; /* [texel][asked]: A(b), A(T at b) */
 } mixing;
 
-static double best_share(const pv_trial *t, const mixing *m, int32_t plane, double *error)
+/* With every share: the mean square of A(b) less the truth, its product with T - A(T at b), and the square of that. */
+static void compare(const pv_trial *t, const mixing *m, double out[3])
 {
-    const float *truth = truth_of(t, plane);
-    double square = 0, along = 0, rest = 0;
+    const float *truth = truth_of(t, m->texels->plane);
     int64_t count = (int64_t)t->texels * t->pairs;
+    memset(out, 0, 3 * sizeof *out);
     for (int64_t i = 0; i < count; i++) {
-        double d = (double)m->patches[i] - (double)m->theirs[i], r = (double)m->own[i] - (double)truth[i];
-        square += d * d;
-        along += d * r;
-        rest += r * r;
+        double d = (double)m->first[i] - (double)m->theirs[i], r = (double)m->own[i] - (double)truth[i];
+        out[0] += r * r;
+        out[1] += d * r;
+        out[2] += d * d;
     }
-    double share = square > 0 ? fmin(fmax(-along / square, 0), 1) : 0;
-    *error = (rest + 2 * share * along + share * share * square) / (double)count;
-    return share;
+    for (int k = 0; k < 3; k++)
+        out[k] /= (double)count;
 }
 
-static pave_result mix(const pv_trial *t, mixing *m, const pv_basis *basis, pv_rung *rung, double *error)
+static pave_result mix(const pv_trial *t, mixing *m, const pv_basis *basis, double mixed[PV_ALL_NOISES][3])
 {
     pv_attempt *a = m->texels;
     int32_t rank = a->system.rank;
     pave_result result = pv_trial_product(t, 0, t->texels, rank, a->samples, m->at_measured, a->samples,
                                           a->system.from, rank, 0, m->known, rank);
-    *error = INFINITY;
-    for (int32_t i = -4; i < NOISES && !result; i++) {
-        double noise = noise_at(basis, i), here;
+    for (int32_t i = 0; i < PV_ALL_NOISES && !result; i++) {
+        double noise = pv_noise_at(basis, i - PV_LOUD_NOISES);
         result = pv_attempt_predict(a, a->known, noise, m->own);
         if (!result)
             result = pv_attempt_predict(a, m->known, noise, m->theirs);
-        double share = result ? 0 : best_share(t, m, a->plane, &here);
-        if (!result && here < *error) {
-            *error = here;
-            rung->rest = noise;
-            rung->share = share;
-        }
+        if (!result)
+            compare(t, m, mixed[i]);
     }
     return result;
 }
 
 /* What is left of the variance of a value, as the model has it. */
-static double expected(const pv_trial *t, const pv_attempt *a, const pv_basis *basis, double noise)
+static double expect(const pv_trial *t, const pv_attempt *a, const pv_basis *basis, double noise)
 {
     double whole = 0, surprise = 0;
     int32_t centre = t->window * t->window / 2;
@@ -154,49 +129,75 @@ static double expected(const pv_trial *t, const pv_attempt *a, const pv_basis *b
     return (pv_system_left(&a->system, whole, noise) / (double)pv_model_pairs(t->model) + basis->outside) * surprise;
 }
 
-static pave_result try_patches(const pv_trial *t, int32_t plane, mixing *m, pv_rung *rung, double *error)
+static pave_result try_texels(const pv_trial *t, mixing *m, pv_errors *out)
 {
-    const pave_btf_model *model = t->model;
-    pv_attempt patches;
-    double alone;
-    pave_result result = pv_attempt_open(t, plane, PV_OF_PATCHES, (int32_t)rung->samples, &patches);
-    if (!result)
-        result = find_noise(&patches, &model->basis[plane][PV_OF_PATCHES], m->patches, &rung->noise[1], &alone);
-    if (!result)
-        result = pv_attempt_predict_measured(&patches, rung->noise[1], m->at_measured);
-    pv_attempt_close(&patches);
-    return result ? result : mix(t, m, &model->basis[plane][PV_OF_TEXELS], rung, error);
+    const pv_basis *basis = &t->model->basis[m->texels->plane][PV_OF_TEXELS];
+    pave_result result = PAVE_OK;
+    for (int32_t i = 0; i < PV_NOISES && !result; i++) {
+        double noise = pv_noise_at(basis, i);
+        result = pv_attempt_predict(m->texels, m->texels->known, noise, m->own);
+        out->texels[i] = result ? 0 : mean_square(t, m->own, truth_of(t, m->texels->plane));
+        out->expected[i] = expect(t, m->texels, basis, noise);
+        out->patches[i] = INFINITY;
+    }
+    return result;
 }
 
-static pave_result find_rung(const pv_trial *t, int32_t plane, pv_rung *rung)
+static pave_result try_patches(const pv_trial *t, mixing *m, pv_errors *out)
 {
-    const pv_basis *basis = &t->model->basis[plane][PV_OF_TEXELS];
-    int32_t samples = (int32_t)rung->samples;
+    const pv_basis *basis = t->model->basis[m->texels->plane];
+    pave_result result = PAVE_OK;
+    for (int32_t i = 0; i < PV_NOISES && !result; i++) {
+        double noise = pv_noise_at(&basis[PV_OF_PATCHES], i);
+        result = pv_attempt_predict(m->patches, m->patches->known, noise, m->first);
+        if (!result)
+            result = pv_attempt_predict_measured(m->patches, noise, m->at_measured);
+        if (result)
+            break;
+        out->patches[i] = mean_square(t, m->first, truth_of(t, m->texels->plane));
+        result = mix(t, m, &basis[PV_OF_TEXELS], out->mixed[i]);
+    }
+    return result;
+}
+
+static pave_result open_mixing(const pv_trial *t, int32_t plane, int32_t samples, mixing *m)
+{
     size_t bytes = (size_t)t->pairs * sizeof(float);
-    pv_attempt texels;
-    mixing m = { .texels = &texels };
-    double error;
-    pave_result result = pv_attempt_open(t, plane, PV_OF_TEXELS, samples, &texels);
-    float **room[3] = { &m.patches, &m.own, &m.theirs };
+    float **room[3] = { &m->first, &m->own, &m->theirs };
+    pave_result result = pv_attempt_open(t, plane, PV_OF_TEXELS, samples, m->texels);
+    if (!result && t->model->patch > 1)
+        result = pv_attempt_open(t, plane, PV_OF_PATCHES, samples, m->patches);
     for (int i = 0; i < 3 && !result; i++)
         *room[i] = pv_allocate(t->context, (size_t)t->texels, bytes, &result);
     if (!result)
-        m.at_measured = pv_allocate(t->context, (size_t)t->texels, (size_t)samples * sizeof(float), &result);
+        m->at_measured = pv_allocate(t->context, (size_t)t->texels, (size_t)samples * sizeof(float), &result);
     if (!result)
-        m.known = pv_allocate(t->context, (size_t)t->texels, (size_t)texels.system.rank * sizeof(float), &result);
+        m->known = pv_allocate(t->context, (size_t)t->texels, (size_t)m->texels->system.rank * sizeof(float), &result);
+    return result;
+}
+
+static void close_mixing(mixing *m)
+{
+    pv_attempt_close(m->texels);
+    pv_attempt_close(m->patches);
+    pv_release(m->first);
+    pv_release(m->own);
+    pv_release(m->theirs);
+    pv_release(m->at_measured);
+    pv_release(m->known);
+}
+
+static pave_result try_plane(const pv_trial *t, int32_t plane, int32_t samples, pv_errors *out)
+{
+    pv_attempt texels = { 0 }, patches = { 0 };
+    mixing m = { .texels = &texels, .patches = &patches };
+    memset(out, 0, sizeof *out);
+    pave_result result = open_mixing(t, plane, samples, &m);
     if (!result)
-        result = find_noise(&texels, basis, m.own, &rung->noise[0], &error);
-    rung->rest = rung->noise[0];
-    rung->noise[1] = rung->noise[0];
+        result = try_texels(t, &m, out);
     if (!result && t->model->patch > 1)
-        result = try_patches(t, plane, &m, rung, &error);
-    if (!result)
-        rung->trust = sqrt(error / fmax(expected(t, &texels, basis, rung->noise[0]), 1e-30));
-    pv_attempt_close(&texels);
-    for (int i = 0; i < 3; i++)
-        pv_release(*room[i]);
-    pv_release(m.at_measured);
-    pv_release(m.known);
+        result = try_patches(t, &m, out);
+    close_mixing(&m);
     return result;
 }
 
@@ -235,34 +236,43 @@ static void close_trial(pv_trial *t)
     pv_release(t->measured);
 }
 
-static pave_result find_rungs(pv_trial *t, pave_btf_model *model)
+/* By a plan as those that will be asked for: with no more noise than what the model leaves. */
+static pave_result try_rungs(pv_trial *t, pv_errors *errors, pv_evidence *evidence)
 {
-    double noise = 0.03 * model->basis[0][PV_OF_TEXELS].whole;
-    pave_result result = pv_plan_greedy(t->context, model, noise, t->samples, t->plan, NULL);
+    const pv_basis *basis = &t->model->basis[0][PV_OF_TEXELS];
+    double noise = fmax(basis->outside, 1e-6 * basis->whole);
+    int32_t planes = t->model->planes, rung = 0;
+    pave_result result = pv_plan_greedy(t->context, t->model, noise, t->samples, t->plan, NULL);
     if (result)
         return result;
     ask(t);
     place_texels(t);
     result = read_texels(t);
-    for (int32_t n = FIRST < t->samples ? FIRST : t->samples; n <= t->samples && !result; n *= STEP, model->rungs++)
-        for (int32_t c = 0; c < model->planes && !result; c++) {
-            model->rung[c][model->rungs].samples = n;
-            result = find_rung(t, c, &model->rung[c][model->rungs]);
+    for (int32_t n = FIRST < t->samples ? FIRST : t->samples; n <= t->samples && !result; n *= STEP, rung++) {
+        evidence->samples[rung] = n;
+        for (int32_t c = 0; c < planes && !result; c++) {
+            result = try_plane(t, c, n, errors);
             if (!result)
-                result = pv_progress(t->context, (double)(c + 1) / model->planes * n / t->samples);
+                pv_evidence_add(evidence, c, rung, errors);
+            if (!result)
+                result = pv_progress(t->context, (double)(c + 1) / planes * n / t->samples);
         }
+    }
+    evidence->rungs = rung;
     return result;
 }
 
 pave_result pv_model_validate(pave_context *context, const pv_algebra *algebra, const pave_btf *btf,
-                              pave_btf_model *model)
+                              const pave_btf_model *model, pv_evidence *evidence)
 {
     pv_trial t = { .context = context, .algebra = algebra, .btf = btf, .model = model, .window = 2 * model->patch - 1 };
     if (btf->width < t.window || btf->height < t.window)
-        return PAVE_OK; /* no patch has all it needs: settings stay those of nobody's */
+        return PAVE_OK; /* no patch has all it needs: it tells nothing */
     pave_result result = open_trial(&t);
+    pv_errors *errors = result ? NULL : pv_allocate(context, 1, sizeof *errors, &result);
     if (!result)
-        result = find_rungs(&t, model);
+        result = try_rungs(&t, errors, evidence);
+    pv_release(errors);
     close_trial(&t);
     return result;
 }

@@ -9,7 +9,7 @@
 #define kiss_fft_scalar float
 #include <kissfft/kiss_fft.h>
 
-enum { ROWS = 16, COLUMNS = 8 };
+enum { COLUMNS = 8, TASK = 4096 }; /* columns at once; pixels that are worth a task */
 
 static pave_result make_plan(pave_context *context, int32_t size, int inverse, void **plan)
 {
@@ -58,32 +58,50 @@ void pv_fourier_free(pv_fourier *fourier)
 typedef struct transforming {
     const pv_fourier *fourier;
     pv_complex *const *planes;
-    int32_t parts; /* of a plane */
+    int32_t run, parts; /* rows or columns of a task, and tasks of a plane */
     int inverse;
 } transforming;
 
+/* So many of `count` rows or columns of a plane, in COLUMNS, that threads do not wait longer than they work. */
+static transforming share_out(const pv_fourier *f, int inverse, pv_complex *const *planes, int32_t length,
+                              int32_t count)
+{
+    int32_t run = (TASK / length + COLUMNS - 1) / COLUMNS * COLUMNS;
+    run = run > COLUMNS ? run : COLUMNS;
+    return (transforming){ f, planes, run, (count + run - 1) / run, inverse };
+}
+
+static int is_nothing(const pv_complex *row, int32_t width)
+{
+    int32_t x = 0;
+    while (x < width && row[x].r == 0 && row[x].i == 0)
+        x++;
+    return x == width;
+}
+
+/* Spectra that were cut out or filled up have many rows of nothing, which stay so. */
 static void do_rows(void *data, int32_t index, int32_t worker)
 {
     const transforming *t = data;
     const pv_fourier *f = t->fourier;
     pv_complex *room = f->room + (size_t)worker * room_size(f);
-    int32_t first = index % t->parts * ROWS, end = first + ROWS < f->height ? first + ROWS : f->height;
+    int32_t first = index % t->parts * t->run, end = first + t->run < f->height ? first + t->run : f->height;
     for (int32_t y = first; y < end; y++) {
         pv_complex *row = t->planes[index / t->parts] + (size_t)y * (size_t)f->width;
+        if (is_nothing(row, f->width))
+            continue;
         memcpy(room, row, (size_t)f->width * sizeof *room);
         kiss_fft(f->row[t->inverse], (const kiss_fft_cpx *)room, (kiss_fft_cpx *)row);
     }
 }
 
 /* Some columns at once, for what lies beside each other in memory is fetched together. */
-static void do_columns(void *data, int32_t index, int32_t worker)
+static void do_strip(const transforming *t, size_t first, pv_complex *plane, pv_complex *before)
 {
-    const transforming *t = data;
     const pv_fourier *f = t->fourier;
-    size_t height = (size_t)f->height, width = (size_t)f->width, first = (size_t)(index % t->parts) * COLUMNS;
+    size_t height = (size_t)f->height, width = (size_t)f->width;
     size_t count = width - first < COLUMNS ? width - first : COLUMNS;
-    pv_complex *before = f->room + (size_t)worker * room_size(f), *after = before + COLUMNS * height;
-    pv_complex *plane = t->planes[index / t->parts] + first;
+    pv_complex *after = before + COLUMNS * height;
     float scale = t->inverse ? (float)(1.0 / ((double)width * (double)height)) : 1;
     for (size_t y = 0; y < height; y++)
         for (size_t x = 0; x < count; x++)
@@ -97,11 +115,20 @@ static void do_columns(void *data, int32_t index, int32_t worker)
         }
 }
 
+static void do_columns(void *data, int32_t index, int32_t worker)
+{
+    const transforming *t = data;
+    const pv_fourier *f = t->fourier;
+    int32_t first = index % t->parts * t->run, end = first + t->run < f->width ? first + t->run : f->width;
+    for (int32_t x = first; x < end; x += COLUMNS)
+        do_strip(t, (size_t)x, t->planes[index / t->parts] + x, f->room + (size_t)worker * room_size(f));
+}
+
 static pave_result transform(pave_context *context, const pv_fourier *fourier, int inverse, int32_t count,
                              pv_complex *const *planes)
 {
-    transforming rows = { fourier, planes, (fourier->height + ROWS - 1) / ROWS, inverse };
-    transforming columns = { fourier, planes, (fourier->width + COLUMNS - 1) / COLUMNS, inverse };
+    transforming rows = share_out(fourier, inverse, planes, fourier->width, fourier->height);
+    transforming columns = share_out(fourier, inverse, planes, fourier->height, fourier->width);
     pave_result result = pv_parallel(context, count * rows.parts, do_rows, &rows, 0, 0);
     return result ? result : pv_parallel(context, count * columns.parts, do_columns, &columns, 0, 0);
 }

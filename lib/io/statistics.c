@@ -1,9 +1,9 @@
 /* How near a texture's statistics came to those wanted, in JSON. */
 #include <pave/io.h>
 
-#include "btf/exemplar.h"
 #include "io/output.h"
 #include "io/parameters.h"
+#include "statistics/statistics.h"
 
 #include <errno.h>
 

@@ -2,6 +2,7 @@
 #include "failing.h"
 
 #include "btf/eigenspace.h"
+#include "btf/evidence.h"
 #include "btf/model.h"
 #include "btf/solve.h"
 #include "image/image.h"
@@ -194,8 +195,10 @@ static void blocks_of_parity_are_the_copies(void **state)
     for (int32_t r = 0; r < ROWS; r++)
         for (int32_t k = 0; k < 4 * WIDTH; k++)
             copies[moved(&symmetry, PATCH, k / WIDTH, r) * 4 * WIDTH + k] = values[r * WIDTH + k % WIDTH];
-    const pv_side folded = { ROWS, PATCH, DIRECTIONS, WIDTH, WIDTH, values };
-    const pv_side whole = { ROWS, PATCH, DIRECTIONS, 4 * WIDTH, 4 * WIDTH, copies };
+    const pv_side folded = { .rows = ROWS, .patch = PATCH, .lights = DIRECTIONS, .width = WIDTH, .stride = WIDTH,
+                             .values = values };
+    const pv_side whole = { .rows = ROWS, .patch = PATCH, .lights = DIRECTIONS, .width = 4 * WIDTH,
+                            .stride = 4 * WIDTH, .values = copies };
     int32_t found[2] = { 100, 100 };
     float *left[2], *singular[2];
     assert_ok(pv_algebra_open(*state, &algebra));
@@ -225,6 +228,91 @@ static void blocks_of_parity_are_the_copies(void **state)
     pv_directions_free(&all);
     free(values);
     free(copies);
+}
+
+/* The basis without the columns of a gap is the one of those that are left, side by side. */
+static void a_material_can_be_left_out(void **state)
+{
+    enum { WIDTH = 9, GAP = 2, GAP_WIDTH = 4, LEFT = WIDTH - GAP_WIDTH };
+    needs_algebra(*state);
+    pave_direction d[81];
+    pv_algebra algebra;
+    pv_directions all;
+    pv_symmetry symmetry;
+    pave_directions(PAVE_DIRECTIONS_UBO81, d, 81);
+    assert_ok(pv_directions_create(*state, "view", d, DIRECTIONS, &all));
+    assert_ok(pv_symmetry_find(*state, &all, &all, 1, &symmetry));
+    float *values = malloc(PAIRS * WIDTH * sizeof *values), *kept = malloc(PAIRS * LEFT * sizeof *kept);
+    for (int32_t r = 0; r < PAIRS; r++)
+        for (int32_t k = 0, j = 0; k < WIDTH; k++) {
+            values[r * WIDTH + k] = chance((uint32_t)r, (uint32_t)k, 6);
+            if (k < GAP || k >= GAP + GAP_WIDTH)
+                kept[r * LEFT + j++] = values[r * WIDTH + k];
+        }
+    const pv_side with = { .rows = PAIRS, .patch = 1, .lights = DIRECTIONS, .width = LEFT, .stride = WIDTH, .gap = GAP,
+                           .gap_width = GAP_WIDTH, .values = values };
+    const pv_side without = { .rows = PAIRS, .patch = 1, .lights = DIRECTIONS, .width = LEFT, .stride = LEFT,
+                              .values = kept };
+    int32_t found[2] = { 100, 100 };
+    float *left[2], *singular[2];
+    assert_ok(pv_algebra_open(*state, &algebra));
+    assert_ok(pv_eigenspace(*state, &algebra, &with, &symmetry, &found[0], &left[0], &singular[0]));
+    assert_ok(pv_eigenspace(*state, &algebra, &without, &symmetry, &found[1], &left[1], &singular[1]));
+    assert_int_equal(found[0], found[1]);
+    assert_memory_equal(left[0], left[1], PAIRS * (size_t)found[0] * sizeof *left[0]);
+    assert_memory_equal(singular[0], singular[1], (size_t)found[0] * sizeof *singular[0]);
+    for (int i = 0; i < 2; i++) {
+        pv_release(left[i]);
+        pv_release(singular[i]);
+    }
+    pv_algebra_close(&algebra);
+    pv_symmetry_free(&symmetry);
+    pv_directions_free(&all);
+    free(values);
+    free(kept);
+}
+
+/* Errors of a material of that hardness, least with the noise `best`; either basis alike, and a share that is best. */
+static void fill_errors(double hardness, int32_t best, double rise, double share, pv_errors *out)
+{
+    for (int32_t i = 0; i < PV_NOISES; i++) {
+        double error = hardness * (1 + rise * abs(i - best));
+        out->texels[i] = out->patches[i] = error;
+        out->expected[i] = error / 4;
+        for (int32_t k = 0; k < PV_ALL_NOISES; k++) {
+            double bent = 0.5 * error;
+            out->mixed[i][k][0] = error + (k == 9 ? 0 : error);
+            out->mixed[i][k][1] = -bent * share;
+            out->mixed[i][k][2] = bent;
+        }
+    }
+}
+
+/* Neither the hardest material rules, nor one of three that is another kind. */
+static void settings_are_those_of_most_materials(void **state)
+{
+    pv_basis basis[1][2] = { { { .whole = 2 }, { .whole = 3 } } };
+    pv_rung rung[1][PV_MOST_RUNGS];
+    pave_btf_model model = { .planes = 1, .patch = 3, .basis = basis, .rung = rung };
+    pv_evidence *evidence;
+    pv_errors errors;
+    assert_ok(pv_evidence_create(*state, 1, &evidence));
+    evidence->rungs = 1, evidence->samples[0] = 8;
+    fill_errors(1000, 2, 0.01, 0.3, &errors);
+    pv_evidence_add(evidence, 0, 0, &errors);
+    for (int i = 0; i < 2; i++) {
+        fill_errors(1e-6, 6, 0.05, 0.6, &errors);
+        pv_evidence_add(evidence, 0, 0, &errors);
+    }
+    pv_evidence_settle(evidence, &model);
+    assert_int_equal(model.rungs, 1);
+    assert_true(rung[0][0].samples == 8);
+    assert_true(fabs(rung[0][0].noise[0] / pv_noise_at(&basis[0][0], 6) - 1) < 1e-12);
+    assert_true(fabs(rung[0][0].noise[1] / pv_noise_at(&basis[0][1], 6) - 1) < 1e-12);
+    assert_true(fabs(rung[0][0].rest / pv_noise_at(&basis[0][0], 9 - PV_LOUD_NOISES) - 1) < 1e-12);
+    assert_true(rung[0][0].share > 0.49 && rung[0][0].share < 0.51); /* (1.04 * .3 + 2 * .6) / 3.04 */
+    assert_true(rung[0][0].trust > 1.8 && rung[0][0].trust < 2);     /* both are a little better than one */
+    pv_evidence_free(evidence);
 }
 
 /* A model knows the rank of its class, and its vectors are orthonormal. */
@@ -815,6 +903,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(symmetries_are_those_of_the_directions),
         cmocka_unit_test(blocks_of_parity_are_the_copies),
+        cmocka_unit_test(a_material_can_be_left_out),
+        cmocka_unit_test(settings_are_those_of_most_materials),
         cmocka_unit_test(a_model_has_the_rank_of_its_class),
         cmocka_unit_test(greedy_plans_leave_least_unknown),
         cmocka_unit_test(plans_are_what_they_say),

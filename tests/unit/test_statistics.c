@@ -1,10 +1,10 @@
-/* btf's statistics of textures: the pyramid they are measured in, each step that imposes some, and all together. */
+/* The statistics of textures: the pyramid they are measured in, each step that imposes some, and all together. */
 #include "test.h"
 
 #include "failing.h"
 
-#include "btf/periodic.h"
-#include "btf/texture.h"
+#include "statistics/periodic.h"
+#include "statistics/texture.h"
 #include "util/random.h"
 
 #include <math.h>
@@ -500,6 +500,60 @@ static void threads_do_not_matter(void **state)
     }
 }
 
+enum { APART = 5, APART_SIDE = 32 };
+
+/* Of noise, the statistics of stripes, `count` channels from one on, each by itself. */
+static pave_result impose_stripes(pave_context *context, int32_t first, int32_t count, float *planes)
+{
+    enum { N = APART_SIDE * APART_SIDE };
+    static const pv_statistics_settings settings = { 2, 4, 5, 0 };
+    pv_statistics *wanted = NULL;
+    float *stripes = malloc(sizeof *stripes * N * (size_t)count);
+    for (int32_t i = 0; i < N * count; i++) {
+        int32_t x = i % APART_SIDE, y = i / APART_SIDE % APART_SIDE, c = first + i / N;
+        stripes[i] = (float)((x * (c + 1) / 2 + y * y / 9) % 7) + 0.01f * (float)(x * y % 5);
+    }
+    for (int32_t c = 0; c < count; c++)
+        draw_noise(planes + c * N, N, (uint64_t)(first + c), 1, 1);
+    pave_result result = pv_statistics_measure(context, APART_SIDE, APART_SIDE, count, stripes, &settings, &wanted);
+    if (!result)
+        result = pv_statistics_impose(context, wanted, APART_SIDE, APART_SIDE, planes, 2, 0, 1);
+    pv_statistics_free(wanted);
+    free(stripes);
+    return result;
+}
+
+/* Channels that know of no other: all at once, by any number of threads, is one after the other. */
+static void channels_apart_are_done_at_once(void **state)
+{
+    enum { N = APART_SIDE * APART_SIDE };
+    static const int32_t threads[] = { 1, 2, 5 };
+    static float alone[APART * N], together[APART * N];
+    for (int32_t c = 0; c < APART; c++)
+        assert_ok(impose_stripes(*state, c, 1, alone + c * N));
+    for (int i = 0; i < 3; i++) {
+        pave_context *context = make_context(threads[i], PAVE_BACKEND_CPU);
+        assert_ok(impose_stripes(context, 0, APART, together));
+        assert_memory_equal(alone, together, sizeof alone);
+        pave_context_free(&context);
+    }
+    failing memory = { .calls = 0 };
+    pave_context_params params = failing_params(&memory);
+    pave_context *context = NULL;
+    assert_ok(pave_context_create(&params, &context));
+    memory.calls = 0;
+    assert_ok(impose_stripes(context, 0, APART, together));
+    int64_t calls = memory.calls, held = memory.blocks;
+    for (int64_t at = 1; at <= calls; at += 9) {
+        memory.calls = 0;
+        memory.fail_at = at;
+        assert_int_equal(impose_stripes(context, 0, APART, together), PAVE_ERR_MEMORY);
+        assert_non_null(strstr(pave_context_message(context), "out of memory"));
+        assert_int_equal(memory.blocks, held);
+    }
+    pave_context_free(&context);
+}
+
 static void refuse(pave_context *context, const pave_image *image, const pave_statistics_params *params,
                    const char *words)
 {
@@ -644,6 +698,7 @@ int main(void)
         cmocka_unit_test(colours_go_together),
         cmocka_unit_test(planes_are_changed_in_place),
         cmocka_unit_test(threads_do_not_matter),
+        cmocka_unit_test(channels_apart_are_done_at_once),
         cmocka_unit_test(what_cannot_be_is_refused),
         cmocka_unit_test(plain_textures_stay_plain),
         cmocka_unit_test(running_out_of_memory_leaks_nothing),

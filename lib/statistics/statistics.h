@@ -3,8 +3,8 @@
 
 #include <pave/statistics.h>
 
-#include "btf/texture.h"
 #include "image/image.h"
+#include "statistics/texture.h"
 
 extern const pv_table pv_statistics_table, pv_statistics_synthesis_table;
 

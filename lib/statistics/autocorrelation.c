@@ -1,7 +1,7 @@
 /* Autocorrelations imposed on planes by filters.
  * Source: Portilla and Simoncelli 2000, appendix: the filter's autocorrelation solves a linear system; the root of
  * its spectrum is the filter without a phase. */
-#include "btf/texture.h"
+#include "statistics/texture.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* The fields of a texture that its statistics are gathered from: lows, magnitudes, the coarser scale at the finer. */
-#include "btf/texture.h"
+#include "statistics/texture.h"
 
 #include "base/parallel.h"
 

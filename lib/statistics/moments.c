@@ -1,6 +1,6 @@
 /* Moments of a plane: measured, and moved along their gradients to what is wanted.
  * Source: Portilla and Simoncelli 2000, appendix. */
-#include "btf/texture.h"
+#include "statistics/texture.h"
 
 #include <math.h>
 

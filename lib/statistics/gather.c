@@ -1,5 +1,5 @@
 /* The statistics of a texture, gathered from its fields. */
-#include "btf/texture.h"
+#include "statistics/texture.h"
 
 #include "base/parallel.h"
 

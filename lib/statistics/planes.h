@@ -1,4 +1,4 @@
-/* The joint statistics of a texture: measured, compared, and imposed on another picture.
+/* The joint statistics of a texture as planes: measured, compared, and imposed on others.
  * Source: Portilla and Simoncelli 2000, "A parametric texture model based on joint statistics of complex wavelet
  * coefficients". docs/papers.md says what differs. */
 #pragma once

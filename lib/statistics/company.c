@@ -1,6 +1,6 @@
 /* What is between channels: covariances of their pixels, and of the magnitudes of their bands. While one channel is
  * changed the others stand still. */
-#include "btf/texture.h"
+#include "statistics/texture.h"
 
 #include <math.h>
 #include <string.h>

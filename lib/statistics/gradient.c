@@ -1,5 +1,5 @@
 /* The gradient of a weighted sum of statistics: by the fields it is gathered from, back through the pyramid. */
-#include "btf/texture.h"
+#include "statistics/texture.h"
 
 #include "base/parallel.h"
 

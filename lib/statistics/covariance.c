@@ -2,7 +2,7 @@
  * Source: Portilla and Simoncelli 2000, appendix; of all mixtures with the covariance wanted the nearest is taken,
  * which is a symmetric matrix: C^-1/2 (C^1/2 D C^1/2)^1/2 C^-1/2 from C to D (Olkin and Pukelsheim 1982). Planes are
  * held against their own deviations, for some may be a thousand times as strong as others. */
-#include "btf/texture.h"
+#include "statistics/texture.h"
 
 #include "base/parallel.h"
 

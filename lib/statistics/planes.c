@@ -1,13 +1,17 @@
-/* The joint statistics of a texture: measured of one picture, imposed on another. */
-#include "btf/statistics.h"
+/* The joint statistics of planes: measured of some, imposed on others. */
+#include "statistics/planes.h"
 
-#include "btf/periodic.h"
-#include "btf/texture.h"
+#include "base/parallel.h"
+#include "statistics/periodic.h"
+#include "statistics/texture.h"
 
 #include <math.h>
 #include <string.h>
 
-enum { FEW = 10 }; /* rounds, which are all of the paper's kind */
+enum {
+    FEW = 10,           /* rounds, which are all of the paper's kind */
+    SMALL = 128 * 128   /* pixels, whose round takes no longer than a task may */
+};
 
 static const double NEAR_ENOUGH = 0.005;
 
@@ -194,21 +198,48 @@ static pave_result impose_channels(pave_context *context, const pv_statistics *w
     return result;
 }
 
+/* A channel that knows of no other, done by one thread. */
+typedef struct loner {
+    pave_context context;
+    pv_texture texture;
+    pave_result result;
+} loner;
+
 /* What a run holds: a channel taken apart, room for changes of it, and what is between channels. */
 typedef struct run {
     const pv_statistics *wanted;
     torus *torus;
     pv_texture texture, change;
     pv_company company;
+    loner *loners;     /* of each worker; NULL: channels are done one after the other, each by all */
     pv_statistics *is; /* NULL: nobody asks, and no step is joint */
     int32_t steps;     /* conjugate gradients of the next joint step */
     int32_t in_turn, rounds;
 } run;
 
+/* Where channels are many and small, threads would rather wait for each other than work on the same one. */
+static pave_result open_loners(pave_context *context, run *r)
+{
+    const torus *t = r->torus;
+    pave_result result = PAVE_OK;
+    if (r->wanted->settings.cross || t->channels < 2 || t->width * t->height > SMALL)
+        return PAVE_OK;
+    r->loners = pv_allocate_zeroed(context, (size_t)pv_workers(context), sizeof *r->loners, &result);
+    for (int32_t w = 0; w < pv_workers(context) && !result; w++) {
+        loner *l = &r->loners[w];
+        result = pv_texture_create(context, r->wanted, t->width, t->height, &l->texture);
+        pv_context_alone(context, &l->context);
+        l->texture.context = &l->context;
+    }
+    return result;
+}
+
 static pave_result open_run(pave_context *context, run *r)
 {
     torus *t = r->torus;
     pave_result result = pv_texture_create(context, r->wanted, t->width, t->height, &r->texture);
+    if (!result)
+        result = open_loners(context, r);
     if (!result && r->in_turn < r->rounds)
         result = pv_texture_create(context, r->wanted, t->width, t->height, &r->change);
     if (!result && r->wanted->settings.cross) {
@@ -218,11 +249,31 @@ static pave_result open_run(pave_context *context, run *r)
     return result;
 }
 
-static void close_run(run *r)
+static void close_run(pave_context *context, run *r)
 {
+    for (int32_t w = 0; w < pv_workers(context) && r->loners; w++)
+        pv_texture_free(&r->loners[w].texture);
+    pv_release(r->loners);
     pv_texture_free(&r->texture);
     pv_texture_free(&r->change);
     pv_company_free(&r->company);
+}
+
+static void impose_alone(void *data, int32_t channel, int32_t worker)
+{
+    run *r = data;
+    loner *l = &r->loners[worker];
+    if (!l->result)
+        l->result = pv_texture_impose(&l->texture, r->wanted, channel, plane_of(r->torus, channel));
+}
+
+static pave_result impose_at_once(pave_context *context, run *r, double from, double to)
+{
+    pave_result result = pv_parallel(context, r->torus->channels, impose_alone, r, from, to);
+    for (int32_t w = 0; w < pv_workers(context) && !result; w++)
+        if (r->loners[w].result)
+            result = pv_fail(context, r->loners[w].result, "%s", r->loners[w].context.text);
+    return result;
 }
 
 /* A round: in turn, or jointly. */
@@ -230,6 +281,8 @@ static pave_result impose_round(pave_context *context, run *r, int jointly, doub
 {
     const torus *t = r->torus;
     pave_result result = PAVE_OK;
+    if (!jointly && r->loners)
+        return impose_at_once(context, r, from, to);
     for (int32_t c = 0; c < t->channels && !result; c++) {
         float *plane = plane_of(t, c);
         result = jointly ? pv_texture_approach(&r->texture, &r->change, r->wanted, c, plane, &r->steps, r->is)
@@ -253,7 +306,7 @@ static pave_result impose_torus(pave_context *context, const pv_statistics *want
         if (i >= in_turn && !result && pv_statistics_distance(wanted, is) < NEAR_ENOUGH)
             break;
     }
-    close_run(&r);
+    close_run(context, &r);
     return result || !is || in_turn < iterations ? result : measure_torus(context, t, is);
 }
 

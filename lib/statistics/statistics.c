@@ -1,5 +1,5 @@
 /* Textures from textures: the statistics of an image, and another image from noise that has them. */
-#include "btf/exemplar.h"
+#include "statistics/statistics.h"
 
 #include "util/half.h"
 #include "util/random.h"

@@ -1,6 +1,6 @@
 /* One round: all statistics of a channel imposed in turn, from the coarsest scale to the pixels.
  * Source: Portilla and Simoncelli 2000, the synthesis procedure. */
-#include "btf/texture.h"
+#include "statistics/texture.h"
 
 #include <math.h>
 #include <string.h>

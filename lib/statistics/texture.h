@@ -1,8 +1,8 @@
 /* Statistics from inside: how they are kept, and a picture taken apart to meet them. */
 #pragma once
 
-#include "btf/statistics.h"
-#include "btf/steerable.h"
+#include "statistics/planes.h"
+#include "statistics/steerable.h"
 
 enum { PV_MOST_REACH = 7, PV_MOST_TEXTURE = 1 << 30 }; /* pixels */
 
@@ -50,7 +50,7 @@ double *pv_statistics_at(const pv_statistics *statistics, int32_t group, int32_t
 /* What differences of a stretch are divided by. */
 double pv_statistics_norm(const pv_statistics *wanted, const pv_stretch *stretch);
 
-/* statistics.c: are all values finite, and such that their fourth powers are?; measured with the reaches of others. */
+/* planes.c: are all values finite, and such that their fourth powers are?; measured with the reaches of others. */
 pave_result pv_check_finite(pave_context *context, int32_t width, int32_t height, int32_t channels,
                             const float *planes);
 pave_result pv_statistics_measure_like(pave_context *context, const pv_statistics *like, int32_t width, int32_t height,

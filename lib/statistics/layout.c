@@ -1,5 +1,5 @@
 /* How statistics are kept: stretches of numbers, each of a group, a channel and a scale; and how far two are apart. */
-#include "btf/texture.h"
+#include "statistics/texture.h"
 
 #include <math.h>
 #include <stdlib.h>

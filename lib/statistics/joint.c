@@ -1,7 +1,7 @@
 /* All statistics at once: a Gauss-Newton step, the smallest relative change of a picture that takes it, to the first
  * order, to all that is wanted. The projections in turn of impose.c undo part of each other; near the end this does
  * not. The linear least squares are solved by conjugate gradients, with nothing but gradients and changes. */
-#include "btf/texture.h"
+#include "statistics/texture.h"
 
 #include <math.h>
 #include <stdio.h>

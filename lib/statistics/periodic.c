@@ -1,7 +1,7 @@
 /* Pictures made to repeat: what jumps at the border is spread over the whole as a smooth part, and taken out.
  * Source: Moisan 2011, "Periodic plus smooth image decomposition". Of a picture that repeats already nothing is taken:
  * only what the jumps exceed the steps inside counts, separately across and down. */
-#include "btf/periodic.h"
+#include "statistics/periodic.h"
 
 #include "image/fourier.h"
 

@@ -1,12 +1,12 @@
 /* The complex steerable pyramid, by masks on Fourier transforms. */
-#include "btf/steerable.h"
+#include "statistics/steerable.h"
 
 #include "base/parallel.h"
 
 #include <math.h>
 #include <string.h>
 
-enum { ROWS = 16 };
+enum { ROWS = 16, TASK = 4096 }; /* of a task, rows at least and pixels */
 
 static const double PI = 3.14159265358979323846;
 
@@ -183,6 +183,11 @@ typedef struct levelling {
     int add;
 } levelling;
 
+static int32_t rows_of(const pv_steerable_level *level)
+{
+    return TASK / level->width > ROWS ? TASK / level->width : ROWS;
+}
+
 static void split_rows(void *data, int32_t begin, int32_t end, int32_t worker)
 {
     (void)worker;
@@ -207,7 +212,8 @@ pave_result pv_steerable_split(pave_context *context, const pv_steerable *steera
                                int32_t level)
 {
     levelling l = { steerable, pyramid, level, 0 };
-    return pv_parallel_runs(context, steerable->level[level].height, ROWS, split_rows, &l, 0, 0);
+    return pv_parallel_runs(context, steerable->level[level].height, rows_of(&steerable->level[level]), split_rows, &l,
+                            0, 0);
 }
 
 static void join_rows(void *data, int32_t begin, int32_t end, int32_t worker)
@@ -245,7 +251,8 @@ pave_result pv_steerable_join(pave_context *context, const pv_steerable *steerab
 {
     levelling l = { steerable, pyramid, level, add };
     pave_result result =
-        pv_parallel_runs(context, steerable->level[level].height, ROWS, join_rows, &l, 0, 0);
+        pv_parallel_runs(context, steerable->level[level].height, rows_of(&steerable->level[level]), join_rows, &l,
+                         0, 0);
     if (!result)
         join_low(&l);
     return result;
