@@ -4,6 +4,8 @@
  * Source: Lombaert et al. 2005, "A multilevel banded graph cuts method for fast image segmentation", section 3. */
 #include "tiling/cut.h"
 
+#include <string.h>
+
 enum { STAYS, TAKEN, OPEN };
 enum { HALF_BAND = 2 /* blocks to either side of the coarse cut */ };
 
@@ -36,49 +38,64 @@ static int near_cut(const pv_flow *coarse, int32_t x, int32_t y, int own)
     return 0;
 }
 
-/* Which blocks are decided. Returns whether any is taken or open. */
+/* Which pixels are decided, for their block is. Returns whether any is taken or open. */
 static int find_states(pv_cut *cut)
 {
-    const pv_flow *coarse = &cut->coarse;
+    const pv_flow *fine = &cut->flow, *coarse = &cut->coarse;
     int any = 0;
+    memset(cut->state, STAYS, (size_t)fine->nodes);
     for (int32_t y = 0; y < coarse->height; y++)
         for (int32_t x = 0; x < coarse->width; x++) {
             int own = pv_flow_chosen(coarse, pv_flow_node(coarse, x, y));
             int state = near_cut(coarse, x, y, own) ? OPEN : own ? TAKEN : STAYS;
-            cut->state[y * coarse->width + x] = (uint8_t)state;
+            int32_t node = pv_flow_node(fine, 2 * x, 2 * y), beyond = 2 * x + 1 == fine->width;
+            for (int32_t k = 0; k < (2 * y + 1 == fine->height ? 1 : 2) && state != STAYS; k++)
+                memset(cut->state + node + k * fine->stride, state, beyond ? 1 : 2);
             any |= state != STAYS;
         }
     return any;
 }
 
-static int state_of(const pv_cut *cut, int32_t x, int32_t y)
+/* A pixel that is taken: what its neighbours are joined to it by is lost where they stay, and theirs to win where they
+ * are open. Returns what is gained if no open one is taken. */
+static int64_t close_taken(pv_cut *cut, int32_t at)
 {
-    return cut->state[y / 2 * cut->coarse.width + x / 2];
+    pv_node *node = &cut->flow.node[at];
+    int64_t gain = node->terminal;
+    for (int way = 0; way < PV_WAYS; way++) {
+        int32_t step = cut->flow.step[way], arc = node->capacity[way];
+        if (cut->state[at + step] == TAKEN)
+            continue;
+        gain -= arc;
+        node[step].terminal += cut->state[at + step] == OPEN ? arc : 0;
+    }
+    return gain;
 }
 
-/* Leaves only open pixels in the flow: what joins them to decided ones becomes theirs to win or lose. Returns what is
- * gained if no open one is taken. */
+static void close_open(pv_cut *cut, int32_t at)
+{
+    pv_node *node = &cut->flow.node[at];
+    for (int way = 0; way < PV_WAYS; way++) {
+        int state = cut->state[at + cut->flow.step[way]];
+        node->terminal -= state == STAYS ? node->capacity[way] : 0;
+        node->capacity[way] = state == OPEN ? node->capacity[way] : 0;
+    }
+}
+
+/* Leaves only open pixels in the flow. Returns what is gained if none of them is taken. */
 static int64_t close_decided(pv_cut *cut)
 {
-    static const int32_t dx[PV_WAYS] = { 1, 0, -1, 0 }, dy[PV_WAYS] = { 0, 1, 0, -1 };
     pv_flow *f = &cut->flow;
     int64_t gain = 0;
     for (int32_t y = 0; y < f->height; y++)
-        for (int32_t x = 0; x < f->width; x++) {
-            int state = state_of(cut, x, y);
-            pv_node *node = &f->node[pv_flow_node(f, x, y)];
-            gain += state == TAKEN ? node->terminal : 0;
-            node->terminal = state == OPEN ? node->terminal : 0;
-            for (int way = 0; way < PV_WAYS; way++) {
-                int32_t u = x + dx[way], v = y + dy[way], arc = node->capacity[way];
-                if (u < 0 || v < 0 || u >= f->width || v >= f->height)
-                    continue;
-                int other = state_of(cut, u, v);
-                gain -= state == TAKEN && other != TAKEN ? arc : 0;
-                (node + f->step[way])->terminal += state == TAKEN && other == OPEN ? arc : 0;
-                node->terminal -= state == OPEN && other == STAYS ? arc : 0;
-                node->capacity[way] = state == OPEN && other == OPEN ? arc : 0;
+        for (int32_t x = 0, at = pv_flow_node(f, 0, y); x < f->width; x++, at++) {
+            if (cut->state[at] == OPEN) {
+                close_open(cut, at);
+                continue;
             }
+            gain += cut->state[at] == TAKEN ? close_taken(cut, at) : 0;
+            f->node[at].terminal = 0;
+            memset(f->node[at].capacity, 0, sizeof f->node[at].capacity);
         }
     return gain;
 }
@@ -98,6 +115,6 @@ int pv_band_find(pv_cut *cut, int64_t *gain)
 
 int pv_band_taken(const pv_cut *cut, int32_t x, int32_t y)
 {
-    int state = state_of(cut, x, y);
-    return state == OPEN ? pv_flow_chosen(&cut->flow, pv_flow_node(&cut->flow, x, y)) : state == TAKEN;
+    int32_t node = pv_flow_node(&cut->flow, x, y);
+    return cut->state[node] == OPEN ? pv_flow_chosen(&cut->flow, node) : cut->state[node] == TAKEN;
 }

@@ -83,8 +83,10 @@ static void mend(void *data, int32_t index, int32_t worker)
     pv_worker_turn(w, &j->attempt[index / parts]);
     pv_area part = part_at(j, w->canvas, index % parts);
     int more = part.width >= least && part.height >= least;
-    if (more)
+    if (more) {
         pv_repeats_count(&w->repeats, part);
+        pv_seams_find(w, part);
+    }
     for (uint32_t k = 0; k < SEAMS && more; k++) {
         uint32_t turn = 1 + w->attempt->number * SEAMS + k;
         pv_random random = pv_draw(j->params->seed, PV_DRAW_ROUNDS, round, at, turn);

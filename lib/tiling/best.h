@@ -8,7 +8,7 @@
 
 /* A copy that was cut out: where it lies on the canvas, the bank's place of its first pixel, which pixels are taken. */
 typedef struct pv_copy {
-    pv_area area;
+    pv_area area, local; /* on the canvas and in the part */
     int32_t first;
     int64_t gain;
     uint8_t *taken;
@@ -76,7 +76,9 @@ void pv_copy_try(pv_worker *worker, const pv_scale *scale, pv_area window, int32
 int32_t pv_blocks_all(const pv_worker *worker);
 int pv_blocks_lay(pv_worker *worker, int32_t i);
 
-/* seams.c: cuts the worst seam of the part that repeats were counted in again. Returns 0 if there is none. */
+/* seams.c: what the seams of a part cost, pixel by pixel; then, as often as is wanted, the worst one is cut again, in
+ * the part that repeats were counted in. Returns 0 if there is none. */
+void pv_seams_find(pv_worker *worker, pv_area part);
 int pv_seams_mend(pv_worker *worker, pv_random *random);
 
 /* What all seams of a part cost. */

@@ -198,6 +198,7 @@ void pv_copy_try(pv_worker *worker, const pv_scale *scale, pv_area window, int32
     pv_copy *best = &worker->copy, copy = { .taken = worker->cut.taken };
     pv_area local = copy_area(worker, scale, window, place, &copy.first), part = worker->repeats.area;
     copy_price price = { &worker->prices, local.x, local.y };
+    copy.local = local;
     copy.area = (pv_area){ pv_wrapped(part.x + local.x, canvas->width), pv_wrapped(part.y + local.y, canvas->height),
                            local.width, local.height };
     copy.gain = pv_cut_find(&worker->cut, canvas, copy.area, copy.first, price_in_copy, &price);

@@ -10,8 +10,9 @@ enum { PV_MUST = 1 << 28 };
 
 typedef struct pv_cut {
     pv_flow flow, coarse; /* of pixels, and of blocks of 2 x 2 */
-    uint8_t *state;       /* band.c: of each block */
-    int32_t *unlike;      /* what pixels differ by from the copy's */
+    uint8_t *state;       /* band.c: of each node */
+    int32_t *laid;        /* what is laid, by node of the flow */
+    int32_t *unlike;      /* what that differs by from the copy */
     uint8_t *taken;       /* the cut: pixels of the area, row by row, that are the copy's */
 } pv_cut;
 

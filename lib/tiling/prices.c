@@ -145,6 +145,25 @@ static void price_steps(pv_repeats *r)
     }
 }
 
+static void count_row(pv_repeats *r, int32_t y)
+{
+    const pv_canvas *canvas = r->canvas;
+    const int32_t *row = canvas->source + pv_pixel(canvas, 0, r->area.y + y);
+    int32_t at = y * r->area.width;
+    for (int32_t x = 0, u = r->area.x; x < r->area.width; x++, u++, at++) {
+        u = u < canvas->width ? u : u - canvas->width;
+        if (row[u] < 0)
+            continue;
+        int32_t *head = &r->head[canvas->bank->home[row[u]]];
+        for (int32_t other = *head; other >= 0 && x % SAMPLE == 0 && y % SAMPLE == 0; other = r->next[other]) {
+            gap g = gap_between(r, x, y, other);
+            r->steps[step_of(r, g.x, g.y)]++;
+        }
+        r->next[at] = *head;
+        *head = at;
+    }
+}
+
 void pv_repeats_count(pv_repeats *r, pv_area area)
 {
     const pv_canvas *canvas = r->canvas;
@@ -152,18 +171,7 @@ void pv_repeats_count(pv_repeats *r, pv_area area)
     memset(r->head, -1, (size_t)canvas->bank->pixels * sizeof *r->head);
     memset(r->steps, 0, (size_t)r->across * (size_t)r->down * sizeof *r->steps);
     for (int32_t y = 0; y < area.height; y++)
-        for (int32_t x = 0; x < area.width; x++) {
-            int32_t source = canvas->source[pv_pixel(canvas, area.x + x, area.y + y)], at = y * area.width + x;
-            if (source < 0)
-                continue;
-            int32_t *head = &r->head[canvas->bank->home[source]];
-            for (int32_t other = *head; other >= 0 && x % SAMPLE == 0 && y % SAMPLE == 0; other = r->next[other]) {
-                gap g = gap_between(r, x, y, other);
-                r->steps[step_of(r, g.x, g.y)]++;
-            }
-            r->next[at] = *head;
-            *head = at;
-        }
+        count_row(r, y);
     price_steps(r);
 }
 

@@ -4,25 +4,36 @@
 
 enum { CLEAR = 2, MOST_FAILS = 6, CANDIDATES = 3 };
 
-/* What the seams to the right and below cost at every pixel of the part, and the sums of that. */
-static void find_heat(pv_worker *w)
+/* What the seams to the right and below cost at the pixels of an area within the part. */
+static void find_heat(pv_worker *w, pv_area area)
 {
     const pv_canvas *canvas = w->canvas;
     const pv_bank *bank = canvas->bank;
     pv_area part = w->repeats.area;
-    for (int32_t y = 0, at = 0; y < part.height; y++) {
+    for (int32_t y = area.y; y < area.y + area.height; y++) {
         const int32_t *row = canvas->source + pv_pixel(canvas, 0, part.y + y);
         const int32_t *below = canvas->source + pv_pixel(canvas, 0, part.y + y + 1);
-        const uint8_t *fails = w->attempt->fails + pv_pixel(canvas, 0, part.y + y);
-        int64_t sum = 0;
-        for (int32_t x = 0, u = part.x; x < part.width; x++, at++) {
+        for (int32_t x = area.x, u = pv_wrapped(part.x + x, canvas->width); x < area.x + area.width; x++) {
             int32_t next = u + 1 < canvas->width ? u + 1 : 0;
             int32_t heat = x + 1 < part.width ? pv_seam(bank, row[u], row[next], 1) : 0;
             heat += y + 1 < part.height ? pv_seam(bank, row[u], below[u], bank->stride) : 0;
-            sum += heat >> fails[u];
-            w->heat[at] = heat;
-            w->sums[at] = sum + (y ? w->sums[at - part.width] : 0);
+            w->heat[y * part.width + x] = heat;
             u = next;
+        }
+    }
+}
+
+/* Sums of the heat above and left, less where it was tried in vain. */
+static void sum_heat(pv_worker *w)
+{
+    pv_area part = w->repeats.area;
+    for (int32_t y = 0, at = 0; y < part.height; y++) {
+        const uint8_t *fails = w->attempt->fails + pv_pixel(w->canvas, 0, part.y + y);
+        int64_t sum = 0;
+        for (int32_t x = 0, u = part.x; x < part.width; x++, at++) {
+            sum += w->heat[at] >> fails[u];
+            w->sums[at] = sum + (y ? w->sums[at - part.width] : 0);
+            u = u + 1 < w->canvas->width ? u + 1 : 0;
         }
     }
 }
@@ -82,22 +93,30 @@ static void note_failure(const pv_worker *w, pv_area window)
 }
 
 /* Lays the copy that was cut, and forgets what was tried in vain there. */
-static void lay_copy(const pv_worker *w)
+static void lay_copy(pv_worker *w)
 {
     const pv_copy *copy = &w->copy;
-    pv_area area = copy->area;
+    pv_area area = copy->area, local = copy->local;
     pv_cut_lay(copy->taken, w->canvas, area, copy->first);
     for (int32_t y = 0; y < area.height; y++)
         for (int32_t x = 0; x < area.width; x++)
             if (copy->taken[y * area.width + x])
                 w->attempt->fails[pv_pixel(w->canvas, area.x + x, area.y + y)] = 0;
+    int32_t left = local.x > 0, top = local.y > 0; /* a pixel tells of the seams to the right and below */
+    find_heat(w, (pv_area){ local.x - left, local.y - top, local.width + left, local.height + top });
+}
+
+void pv_seams_find(pv_worker *w, pv_area part)
+{
+    w->repeats.area = part;
+    find_heat(w, (pv_area){ 0, 0, part.width, part.height });
 }
 
 int pv_seams_mend(pv_worker *w, pv_random *random)
 {
     pv_candidate list[CANDIDATES];
     pv_area window;
-    find_heat(w);
+    sum_heat(w);
     if (worst_window(w, w->scale->window, &window) <= 0)
         return 0;
     ask(w, window);
@@ -115,8 +134,7 @@ int pv_seams_mend(pv_worker *w, pv_random *random)
 int64_t pv_seams_cost(pv_worker *w, pv_area part)
 {
     int64_t cost = 0;
-    w->repeats.area = part;
-    find_heat(w);
+    pv_seams_find(w, part);
     for (int32_t i = 0; i < part.width * part.height; i++)
         cost += w->heat[i];
     return cost;
