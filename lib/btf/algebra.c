@@ -8,7 +8,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { ROW_MAJOR = 101, PLAIN = 111, TRANSPOSED = 112, STRIPE = 512, PARTS = 8, ROWS = 64 };
+enum { ROW_MAJOR = 101, PLAIN = 111, TRANSPOSED = 112, UPPER = 121, STRIPE = 512, PARTS = 8, ROWS = 64 };
 
 static void *find(void *library, const char *name)
 {
@@ -25,10 +25,12 @@ pave_result pv_algebra_open(pave_context *context, pv_algebra *out)
     *(void **)&out->sgemm = find(out->library, "cblas_sgemm");
     *(void **)&out->dgemm = find(out->library, "cblas_dgemm");
     *(void **)&out->dsyevd = find(out->library, "dsyevd_");
+    *(void **)&out->dsyrk = find(out->library, "cblas_dsyrk");
     *(void **)&out->dposv = find(out->library, "dposv_");
     *(void **)&out->set_threads = find(out->library, "openblas_set_num_threads");
     *(void **)&out->get_threads = find(out->library, "openblas_get_num_threads");
-    if (!out->sgemm || !out->dgemm || !out->dsyevd || !out->dposv || !out->set_threads || !out->get_threads) {
+    if (!out->sgemm || !out->dgemm || !out->dsyevd || !out->dsyrk || !out->dposv || !out->set_threads ||
+        !out->get_threads) {
         pv_algebra_close(out);
         return pv_fail(context, PAVE_ERR_UNSUPPORTED, "this OpenBLAS has no CBLAS or no LAPACK");
     }
@@ -185,7 +187,7 @@ static void gram_part(void *data, int32_t index, int32_t worker)
     memset(sum, 0, (size_t)t->n * (size_t)t->n * sizeof *sum);
     for (int32_t stripe = index; stripe < stripes_of(t); stripe += PARTS) {
         int count = widen(t, stripe, worker, &wide);
-        pv_multiply_double(t->algebra, 1, 0, t->n, t->n, count, wide, t->n, wide, t->n, 1, sum, t->n);
+        t->algebra->dsyrk(ROW_MAJOR, UPPER, TRANSPOSED, t->n, count, 1, wide, t->n, 1, sum, t->n);
     }
 }
 
@@ -244,7 +246,11 @@ static pave_result sum_parts(pave_context *context, tall *t, pv_task *part, size
 pave_result pv_gram(pave_context *context, const pv_algebra *algebra, int64_t rows, int n, const float *z, double *out)
 {
     tall t = { .algebra = algebra, .rows = rows, .n = n, .z = z };
-    return sum_parts(context, &t, gram_part, (size_t)n * (size_t)n, out);
+    pave_result result = sum_parts(context, &t, gram_part, (size_t)n * (size_t)n, out);
+    for (int64_t i = 0; i < n && !result; i++) /* just the upper half was summed */
+        for (int64_t k = 0; k < i; k++)
+            out[i * n + k] = out[k * n + i];
+    return result;
 }
 
 pave_result pv_cross(pave_context *context, const pv_algebra *algebra, int64_t rows, int n, const float *z, int k,

@@ -13,6 +13,7 @@ typedef struct pv_algebra {
                   int);
     void (*dsyevd)(const char *, const char *, const int *, double *, const int *, double *, double *, const int *,
                    int *, const int *, int *);
+    void (*dsyrk)(int, int, int, int, int, double, const double *, int, double, double *, int);
     void (*dposv)(const char *, const int *, const int *, double *, const int *, double *, const int *, int *);
     void (*set_threads)(int);
     int (*get_threads)(void);
