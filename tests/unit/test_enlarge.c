@@ -252,8 +252,14 @@ static pave_btf *slopes(pave_context *context)
     return btf;
 }
 
-static void open_enlargement(pv_enlarge *e)
+/* Three photographs of slopes by themselves. */
+static void open_enlargement(pave_context *context, pave_btf_enlarge_params *params, pv_enlarge *e)
 {
+    *params = small_params();
+    params->symmetric = 1;
+    *e = (pv_enlarge){ .context = context, .params = params };
+    e->sample = e->photos = slopes(context);
+    e->plan = plan_of(context, e->sample, 3);
     assert_ok(pv_algebra_open(e->context, &e->algebra));
     assert_ok(pv_btf_copy_frame(e->context, e->sample, &e->out));
     e->out->colour = PV_COLOUR_LOG;
@@ -274,6 +280,8 @@ static void close_enlargement(pv_enlarge *e)
     pv_release(e->known.values);
     pv_release(e->given.values);
     pave_btf_free(&e->out);
+    pave_btf_plan_free((pave_btf_plan **)&e->plan);
+    pave_btf_free((pave_btf **)&e->sample);
     pv_algebra_close(&e->algebra);
 }
 
@@ -281,12 +289,9 @@ static void close_enlargement(pv_enlarge *e)
 static void copies_are_turned_material(void **state)
 {
     needs_algebra(*state);
-    pave_btf *sample = slopes(*state);
-    pave_btf_plan *plan = plan_of(*state, sample, 3);
-    pave_btf_enlarge_params params = small_params();
-    params.symmetric = 1;
-    pv_enlarge e = { .context = *state, .sample = sample, .photos = sample, .plan = plan, .params = &params };
-    open_enlargement(&e);
+    pave_btf_enlarge_params params;
+    pv_enlarge e;
+    open_enlargement(*state, &params, &e);
     assert_int_equal(e.copies, 12); /* a ring of six */
     assert_int_equal(e.straight, 4);
     for (int32_t i = 0; i < e.copies; i++)
@@ -299,7 +304,7 @@ static void copies_are_turned_material(void **state)
             turned[1] = copy->place[1] * of[0] + copy->place[3] * of[1];
             pv_enlarge_copied(&e, copy, t, coefficients);
             for (int32_t g = 0; g < e.guides; g++) {
-                pv_direction_vector(sample->lights.direction[e.sample_pair[g] % DIRECTIONS], towards);
+                pv_direction_vector(e.sample->lights.direction[e.sample_pair[g] % DIRECTIONS], towards);
                 double wanted = -2 + 4 * (towards[0] * turned[0] - towards[1] * turned[1]), shown = 0;
                 assert_float_equal(copy->seen.values[t * e.guides + g], wanted, 1e-3);
                 for (int32_t k = 0; k < e.coefficients; k++)
@@ -308,22 +313,17 @@ static void copies_are_turned_material(void **state)
             }
         }
     close_enlargement(&e);
-    pave_btf_plan_free(&plan);
-    pave_btf_free(&sample);
 }
 
 /* What is around a texel of a copy is what would be around it if the copy lay there as a picture. */
 static void windows_of_copies_lie_as_they_do(void **state)
 {
     needs_algebra(*state);
-    pave_btf *sample = slopes(*state);
-    pave_btf_plan *plan = plan_of(*state, sample, 3);
-    pave_btf_enlarge_params params = small_params();
-    params.symmetric = 1;
-    pv_enlarge e = { .context = *state, .sample = sample, .photos = sample, .plan = plan, .params = &params };
+    pave_btf_enlarge_params params;
+    pv_enlarge e;
     pv_around around;
     float of_copy[128], of_picture[128];
-    open_enlargement(&e);
+    open_enlargement(*state, &params, &e);
     assert_ok(pv_around_learn(&e, 2, &around));
     for (int32_t i = 0; i < e.straight; i++) {
         const pv_copy *copy = &e.copy[i];
@@ -341,8 +341,6 @@ static void windows_of_copies_lie_as_they_do(void **state)
     }
     pv_around_free(&around);
     close_enlargement(&e);
-    pave_btf_plan_free(&plan);
-    pave_btf_free(&sample);
 }
 
 /* ---- Enlargements ---- */
