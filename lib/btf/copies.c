@@ -35,7 +35,7 @@ static void to_texels(const double across[4], double place[4])
 static pave_result try_move(pv_enlarge *e, const double across[4])
 {
     const pv_directions *views = &e->sample->views, *lights = &e->sample->lights;
-    pv_copy *copy = &e->copy[e->copies];
+    pv_turned *copy = &e->copy[e->copies];
     pave_result result = PAVE_OK;
     copy->view = pv_allocate(e->context, (size_t)views->count, sizeof *copy->view, &result);
     if (!result)
@@ -71,7 +71,7 @@ static pave_result find_copies(pv_enlarge *e)
 /* ---- What they show ---- */
 
 /* turn[i][k]: what the k-th eigen-ABRDF of a plane, as it is in the copy, shows of the i-th. */
-static pave_result find_turn(const pv_enlarge *e, const pv_copy *copy, int32_t plane, float *turn)
+static pave_result find_turn(const pv_enlarge *e, const pv_turned *copy, int32_t plane, float *turn)
 {
     const pv_factors *f = &e->out->factors[plane];
     int32_t n = f->components, lights = e->out->lights.count;
@@ -87,7 +87,7 @@ static pave_result find_turn(const pv_enlarge *e, const pv_copy *copy, int32_t p
     return result;
 }
 
-void pv_enlarge_copied(const pv_enlarge *e, const pv_copy *copy, int64_t texel, float *out)
+void pv_enlarge_copied(const pv_enlarge *e, const pv_turned *copy, int64_t texel, float *out)
 {
     const float *from = e->known.values + texel * e->coefficients;
     for (int32_t c = 0; c < e->planes; c++) {
@@ -103,7 +103,7 @@ void pv_enlarge_copied(const pv_enlarge *e, const pv_copy *copy, int64_t texel, 
     }
 }
 
-static pave_result fill_copy(const pv_enlarge *e, pv_copy *copy)
+static pave_result fill_copy(const pv_enlarge *e, pv_turned *copy)
 {
     pave_result result = pv_enlarge_see(e, copy, &copy->seen);
     for (int32_t c = 0; c < e->planes && !result && copy != e->copy; c++) {

@@ -139,7 +139,7 @@ static void describe_block(void *data, int32_t begin, int32_t end, int32_t worke
                 w->out + (int64_t)begin * a->to, a->to);
 }
 
-pave_result pv_around_describe(const pv_around *around, const pv_copy *copy, const int64_t *texels, int64_t count,
+pave_result pv_around_describe(const pv_around *around, const pv_turned *copy, const int64_t *texels, int64_t count,
                                float *out)
 {
     const pv_enlarge *e = around->e;
@@ -199,10 +199,7 @@ pave_result pv_around_learn(pv_enlarge *e, double sigma, pv_around *out)
 {
     *out = (pv_around){ .e = e, .sigma = sigma };
     pave_result result = learn_guides(out);
-    if (!result)
-        result = learn_windows(out);
-    out->features = out->windows.to;
-    return result;
+    return result ? result : learn_windows(out);
 }
 
 void pv_around_free(pv_around *around)

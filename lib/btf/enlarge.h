@@ -39,12 +39,12 @@ typedef struct pv_guide {
 /* The sample turned or mirrored, where that takes views to views and lights to lights: another piece of its class, but
  * that its texels stay in their places. What lies at x, y of a texel in the copy does at `place` times that in the
  * sample. Copy 0 is the sample itself. */
-typedef struct pv_copy {
+typedef struct pv_turned {
     double place[4];
     int32_t *view, *light;        /* which of the sample's its own are */
     float *turn[PV_BTF_CHANNELS]; /* of the coefficients of each plane; NULL: they are the sample's */
     pv_texels seen;               /* guides */
-} pv_copy;
+} pv_turned;
 
 enum { PV_MOST_COPIES = 24 };
 
@@ -59,8 +59,8 @@ typedef struct pv_enlarge {
     int32_t planes, coefficients, photographs, guides;
     int32_t first[PV_BTF_CHANNELS + 1]; /* coefficient of each plane */
     pv_texels known, made;  /* coefficients of the sample, and of the whole */
-    pv_texels seen, given;  /* guides of the sample, and of the whole */
-    pv_copy copy[PV_MOST_COPIES];
+    pv_texels seen, given;  /* guides of the sample, which copy 0 owns, and of the whole */
+    pv_turned copy[PV_MOST_COPIES];
     int32_t copies, straight; /* straight: those that take texels to texels; they come first */
     pv_guide *guide;
     int32_t *given_pair, *sample_pair; /* of the photographs and of the sample; the mean picture has none */
@@ -83,7 +83,7 @@ pave_result pv_enlarge_factor(pv_enlarge *e);
 pave_result pv_enlarge_guide(pv_enlarge *e);
 
 /* The guides that a copy of the sample shows. */
-pave_result pv_enlarge_see(const pv_enlarge *e, const pv_copy *copy, pv_texels *out);
+pave_result pv_enlarge_see(const pv_enlarge *e, const pv_turned *copy, pv_texels *out);
 
 /* ---- More of the class ---- */
 
@@ -91,7 +91,7 @@ pave_result pv_enlarge_copy(pv_enlarge *e);
 void pv_enlarge_free_copies(pv_enlarge *e);
 
 /* A texel's coefficients in a copy. */
-void pv_enlarge_copied(const pv_enlarge *e, const pv_copy *copy, int64_t texel, float *out);
+void pv_enlarge_copied(const pv_enlarge *e, const pv_turned *copy, int64_t texel, float *out);
 
 /* ---- Predicting from what is around a texel ---- */
 
@@ -106,8 +106,7 @@ typedef struct pv_axes {
 typedef struct pv_around {
     pv_enlarge *e;
     double sigma; /* weights in a window fall as a Gaussian of so many texels */
-    pv_axes guides, windows;
-    int32_t features;
+    pv_axes guides, windows; /* a feature for each of the windows' axes */
 } pv_around;
 
 /* Learns the axes from the sample. */
@@ -115,7 +114,7 @@ pave_result pv_around_learn(pv_enlarge *e, double sigma, pv_around *out);
 void pv_around_free(pv_around *around);
 
 /* [texel][feature] of texels of a copy of the sample, or of the whole (NULL) from the first. */
-pave_result pv_around_describe(const pv_around *around, const pv_copy *copy, const int64_t *texels, int64_t count,
+pave_result pv_around_describe(const pv_around *around, const pv_turned *copy, const int64_t *texels, int64_t count,
                                float *out);
 
 /* Coefficients of the whole by kernel ridge regression; finds `spread` and `left`, too. */

@@ -66,7 +66,7 @@ static void put(const pv_enlarge *e, pv_texels *to, int64_t texel, int32_t photo
 }
 
 /* The mean over all lights from the top view. */
-static void under_even_light(const pv_enlarge *e, const pv_copy *copy, int64_t texel, float *room, float *out)
+static void under_even_light(const pv_enlarge *e, const pv_turned *copy, int64_t texel, float *room, float *out)
 {
     int32_t top = pv_directions_nearest(&e->sample->views, (pave_direction){ 0, 0 }, &(double){ 0 });
     int32_t channels = e->sample->channels, lights = e->sample->lights.count;
@@ -80,7 +80,7 @@ static void under_even_light(const pv_enlarge *e, const pv_copy *copy, int64_t t
 
 typedef struct seeing {
     const pv_enlarge *e;
-    const pv_copy *copy;
+    const pv_turned *copy;
     float *room; /* a texel from one view, for each worker */
     pv_texels *out;
 } seeing;
@@ -104,7 +104,7 @@ static void see_texel(void *data, int32_t texel, int32_t worker)
     }
 }
 
-pave_result pv_enlarge_see(const pv_enlarge *e, const pv_copy *copy, pv_texels *out)
+pave_result pv_enlarge_see(const pv_enlarge *e, const pv_turned *copy, pv_texels *out)
 {
     seeing s = { .e = e, .copy = copy, .out = out };
     const pave_btf *sample = e->sample;

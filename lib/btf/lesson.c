@@ -109,7 +109,7 @@ pave_result pv_lesson_open(const pv_around *around, int32_t copies, int32_t most
 {
     pv_enlarge *e = around->e;
     pave_result result = PAVE_OK;
-    *l = (pv_lesson){ .e = e, .around = around, .copies = copies, .features = around->features };
+    *l = (pv_lesson){ .e = e, .around = around, .copies = copies, .features = around->windows.to };
     count_rows(l, most);
     l->texels = l->from[PV_FOLDS];
     l->centres = l->texels < centres ? l->texels : centres;

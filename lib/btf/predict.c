@@ -276,7 +276,7 @@ pave_result pv_enlarge_predict(pv_enlarge *e, double from, double to)
     if (!result)
         e->left = before > 0 ? variance(e) / before : 0;
     if (!result)
-        features = pv_allocate(e->context, (size_t)pv_texels_count(&e->made), (size_t)around.features *
+        features = pv_allocate(e->context, (size_t)pv_texels_count(&e->made), (size_t)around.windows.to *
                                sizeof *features, &result);
     if (!result)
         result = pv_around_describe(&around, NULL, NULL, pv_texels_count(&e->made), features);

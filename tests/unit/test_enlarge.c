@@ -296,7 +296,7 @@ static void copies_are_turned_material(void **state)
     assert_int_equal(e.straight, 4);
     for (int32_t i = 0; i < e.copies; i++)
         for (int32_t t = 0; t < SAMPLE * SAMPLE; t += 11) {
-            const pv_copy *copy = &e.copy[i];
+            const pv_turned *copy = &e.copy[i];
             double of[2], turned[2], towards[3];
             float coefficients[8];
             slope(t, of);
@@ -326,7 +326,7 @@ static void windows_of_copies_lie_as_they_do(void **state)
     open_enlargement(*state, &params, &e);
     assert_ok(pv_around_learn(&e, 2, &around));
     for (int32_t i = 0; i < e.straight; i++) {
-        const pv_copy *copy = &e.copy[i];
+        const pv_turned *copy = &e.copy[i];
         int32_t flip_x = copy->place[0] < 0, flip_y = copy->place[3] < 0;
         int64_t texel = 5 * SAMPLE + 9, place = (flip_y ? SAMPLE - 6 : 5) * SAMPLE + (flip_x ? SAMPLE - 10 : 9);
         for (int32_t t = 0; t < SAMPLE * SAMPLE; t++) {
@@ -336,7 +336,7 @@ static void windows_of_copies_lie_as_they_do(void **state)
         }
         assert_ok(pv_around_describe(&around, copy, &texel, 1, of_copy));
         assert_ok(pv_around_describe(&around, NULL, &place, 1, of_picture));
-        for (int32_t k = 0; k < around.features; k++)
+        for (int32_t k = 0; k < around.windows.to; k++)
             assert_float_equal(of_copy[k], of_picture[k], 1e-4);
     }
     pv_around_free(&around);
