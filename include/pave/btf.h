@@ -387,7 +387,7 @@ typedef struct pave_btf_enlargement {
     double least;      /* root mean square of what the components leave of the sample */
     double missed;     /* root mean square of what the photographs show and the result does not */
     double sharpness;  /* mean square difference of neighbours over the sample's: below 1 is blurred */
-    double spectrum;   /* root mean square logarithm of the power of octaves over the sample's */
+    double spectrum;   /* root mean square logarithm of the power of octaves' slopes over the sample's */
     double statistics; /* relative distance of Portilla and Simoncelli's statistics from the sample's. These three are 0
                           if the sample is plain */
 } pave_btf_enlargement;
@@ -398,12 +398,12 @@ typedef struct pave_btf_enlargement {
  * under even light, the mean over all lights (Eq. 10; linear values are meant as they are, others as sRGB). One of both
  * may be NULL.
  * Best mode predicts coefficients from what the photographs show around a texel, by kernel ridge regression learned on
- * the sample and its turned and mirrored copies, mixes them with windows of the sample put together anew (Texture
- * Optimization at the finest level, from windows that show the same), and corrects all by what the photographs show of
- * the texel itself, as measurements with noise. That is the least error, and smooth. To look at there is more of the
- * windows, and each octave of each coefficient gets the sample's power. Paper mode is Algorithm 1: Texture
- * Optimization, then in turns the sample's statistics (Portilla and Simoncelli) and the photographs, forced (Eqs. 4 to
- * 6).
+ * the sample and its turned and mirrored copies, and mixes them with windows of the sample put together anew (Texture
+ * Optimization at the finest level, from windows that show the same), as far as that served where parts of the sample
+ * were made from the rest. That is the least error, and smooth. To look at, each octave of each coefficient gets the
+ * sample's power, or that of the whole, as far as the photographs tell how they differ. Paper mode is Algorithm 1:
+ * Texture Optimization, then in turns the sample's statistics (Portilla and Simoncelli) and the photographs, forced
+ * (Eqs. 4 to 6).
  * The same bytes for every number of threads; another processor may round otherwise. Needs OpenBLAS when it runs.
  * PAVE_ERR_ARGUMENT: the sample is too small or not complete; photographs of other sizes, directions or channels, black
  * ones, and such as contradict the sample; the message names them.

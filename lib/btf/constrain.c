@@ -1,4 +1,4 @@
-/* What photographs demand of the coefficients: softly, as measurements with noise, and hard, as the paper has it. */
+/* What photographs demand of the coefficients, as the paper has it (Eqs. 4 to 6). */
 #include "btf/enlarge.h"
 
 #include "base/parallel.h"
@@ -46,16 +46,13 @@ static pave_result move_all(const pv_enlarge *e, const double *gain, float *valu
     return result;
 }
 
-/* across[coefficient][guide] = spread row'; without a spread, the rows themselves. */
-static void cross(const pv_enlarge *e, const double *spread, double *across)
+/* across[coefficient][guide]: the rows themselves. */
+static void cross(const pv_enlarge *e, double *across)
 {
     for (int32_t i = 0; i < e->coefficients; i++)
         for (int32_t g = 0; g < e->guides; g++) {
             int32_t first = e->first[e->guide[g].plane], after = e->first[e->guide[g].plane + 1];
-            double sum = !spread && i >= first && i < after ? (double)e->guide[g].row[i - first] : 0;
-            for (int32_t k = first; k < after && spread; k++)
-                sum += spread[(int64_t)i * e->coefficients + k] * (double)e->guide[g].row[k - first];
-            across[(int64_t)i * e->guides + g] = sum;
+            across[(int64_t)i * e->guides + g] = i >= first && i < after ? (double)e->guide[g].row[i - first] : 0;
         }
 }
 
@@ -72,30 +69,6 @@ static void close_up(const pv_enlarge *e, const double *across, double *inner)
         }
 }
 
-/* gain = across (inner + noise)^-1: the coefficients that are likeliest when a prediction errs by `spread` and a guide
- * by its noise. */
-pave_result pv_enlarge_bind(pv_enlarge *e, pv_texels *made)
-{
-    pave_result result = PAVE_OK;
-    size_t guides = (size_t)e->guides;
-    double *gain = pv_allocate(e->context, (size_t)e->coefficients, guides * sizeof *gain, &result), *inner = NULL;
-    if (!result)
-        inner = pv_allocate(e->context, guides, guides * sizeof *inner, &result);
-    if (!result) {
-        cross(e, e->spread, gain);
-        close_up(e, gain, inner);
-        for (size_t g = 0; g < guides; g++)
-            inner[g * guides + g] += e->guide[g].noise;
-        if (!pv_solve_positive(&e->algebra, e->guides, inner, e->coefficients, gain))
-            result = pv_fail(e->context, PAVE_ERR_INTERNAL, "what %d guides demand cannot be solved", (int)e->guides);
-    }
-    if (!result)
-        result = move_all(e, gain, made->values);
-    pv_release(gain);
-    pv_release(inner);
-    return result;
-}
-
 /* gain = rows' (rows rows')^+, without directions that hardly count: photographs may say the same twice. */
 static pave_result pseudo_inverse(const pv_enlarge *e, double *gain)
 {
@@ -108,7 +81,7 @@ static pave_result pseudo_inverse(const pv_enlarge *e, double *gain)
     if (!result)
         row = pv_allocate(e->context, guides, sizeof *row, &result);
     if (!result) {
-        cross(e, NULL, gain);
+        cross(e, gain);
         close_up(e, gain, inner);
         result = pv_eigen(e->context, &e->algebra, n, inner, values);
     }

@@ -10,7 +10,7 @@
 static const pave_btf_enlarge_params default_params = PAVE_BTF_ENLARGE_PARAMS_INIT;
 
 static const pv_param enlarge_rows[] = {
-    PV_CHOICE(pave_btf_enlarge_params, mode, "best|paper", "regression and soft constraints, or Algorithm 1"),
+    PV_CHOICE(pave_btf_enlarge_params, mode, "best|paper", "regression, or Algorithm 1"),
     PV_CHOICE(pave_btf_enlarge_params, aim, "error|look", "best: the least error, or the sharpness of the sample"),
     PV_INTEGER(pave_btf_enlarge_params, stage, "", 1, 3,
                "paper: Texture Optimization alone, then statistics once, or all to the end"),
@@ -171,10 +171,6 @@ static pave_result as_in_the_paper(pv_enlarge *e)
 
 /* ---- Best ---- */
 
-/* How much of windows of the sample put together anew there is beside the regression, and what the photographs weigh
- * for them. */
-static const double anew_for_error = 0.3, anew_for_look = 0.5, anew_balance = 10;
-
 /* What was measured is known. */
 static void paste_sample(pv_enlarge *e)
 {
@@ -184,30 +180,11 @@ static void paste_sample(pv_enlarge *e)
                e->known.values + y * e->known.width * e->coefficients, bytes);
 }
 
-/* Regression, mixed with windows of the sample put together anew. */
-static pave_result mix(pv_enlarge *e, double anew)
-{
-    pave_result result = pv_enlarge_predict(e, 0.2, 0.6);
-    int64_t count = pv_texels_count(&e->made) * e->coefficients;
-    float *predicted = result ? NULL : pv_allocate(e->context, (size_t)count, sizeof *predicted, &result);
-    if (!result) {
-        memcpy(predicted, e->made.values, (size_t)count * sizeof *predicted);
-        result = pv_enlarge_optimize(e, 1, anew_balance * e->params->balance, 0.6, 0.95);
-    }
-    for (int64_t i = 0; i < count && !result; i++)
-        e->made.values[i] = (float)(anew * (double)e->made.values[i] + (1 - anew) * (double)predicted[i]);
-    pv_release(predicted);
-    return result;
-}
-
 static pave_result as_well_as_possible(pv_enlarge *e)
 {
-    int look = e->params->aim == PAVE_BTF_AIM_LOOK;
-    pave_result result = mix(e, look ? anew_for_look : anew_for_error);
-    if (!result && look)
+    pave_result result = pv_enlarge_mix(e);
+    if (!result && e->params->aim == PAVE_BTF_AIM_LOOK)
         result = pv_enlarge_sharpen(e);
-    if (!result)
-        result = pv_enlarge_bind(e, &e->made);
     if (!result && e->left > 0.8)
         pv_note(e->context, PAVE_MESSAGE_WARNING, "the photographs explain %.0f %% of what the sample varies by; a "
                 "plan made from the sample says which would tell more", 100 * (1 - e->left));
@@ -265,6 +242,7 @@ static void close(pv_enlarge *e)
     pv_release(e->sample_pair);
     pv_release(e->middle);
     pv_release(e->spread);
+    pv_held_out_free(&e->held);
 }
 
 pave_result pave_btf_enlarge(pave_context *context, const pave_btf *sample, const pave_btf *photographs,

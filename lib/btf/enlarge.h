@@ -48,6 +48,19 @@ typedef struct pv_turned {
 
 enum { PV_MOST_COPIES = 24 };
 
+/* Texels of the sample that were held out, and what a prediction missed of them. */
+typedef struct pv_held_out {
+    int64_t count;
+    int64_t *texel;
+    float *missed; /* [..][coefficient]: predicted less true */
+} pv_held_out;
+
+static inline void pv_held_out_free(pv_held_out *held)
+{
+    pv_release(held->texel);
+    pv_release(held->missed);
+}
+
 typedef struct pv_enlarge {
     pave_context *context;
     pv_algebra algebra;
@@ -66,6 +79,7 @@ typedef struct pv_enlarge {
     int32_t *given_pair, *sample_pair; /* of the photographs and of the sample; the mean picture has none */
     double *middle;         /* [coefficient]: mean over the sample */
     double *spread;         /* [coefficient][coefficient]: covariance of what a prediction misses, or of the sample */
+    pv_held_out held;
     double left;            /* of the sample's variance, what a prediction misses, as found on parts held out */
     int32_t rounds;
 } pv_enlarge;
@@ -117,7 +131,7 @@ void pv_around_free(pv_around *around);
 pave_result pv_around_describe(const pv_around *around, const pv_turned *copy, const int64_t *texels, int64_t count,
                                float *out);
 
-/* Coefficients of the whole by kernel ridge regression; finds `spread` and `left`, too. */
+/* Coefficients of the whole by kernel ridge regression; finds what it misses where texels are `held` out, too. */
 pave_result pv_enlarge_predict(pv_enlarge *e, double from, double to);
 
 /* ---- Texture Optimization ---- */
@@ -126,10 +140,10 @@ pave_result pv_enlarge_predict(pv_enlarge *e, double from, double to);
  * one before; all photographs together weigh `balance` times what the texture weighs. */
 pave_result pv_enlarge_optimize(pv_enlarge *e, int32_t levels, double balance, double from, double to);
 
-/* ---- What photographs demand ---- */
+/* Both: the regression, and beside it windows put together anew; finds `left`, too. */
+pave_result pv_enlarge_mix(pv_enlarge *e);
 
-/* Moves the coefficients to what the guides show, as far as `spread` lets them and the guides' noise asks for it. */
-pave_result pv_enlarge_bind(pv_enlarge *e, pv_texels *made);
+/* ---- What photographs demand ---- */
 
 /* Eqs. 4 to 6: the point nearest to `before` (by share) and `after` that shows just what the guides show. */
 pave_result pv_enlarge_force(pv_enlarge *e, const float *before, const float *after, double share, float *out);
@@ -138,10 +152,12 @@ pave_result pv_enlarge_force(pv_enlarge *e, const float *before, const float *af
 
 enum { PV_OCTAVES = 4 };
 
-/* The power of each octave of each coefficient, [octave][coefficient]: of the sample, and of the whole. */
+/* The power of the slopes of each octave of each coefficient, [octave][coefficient]: of the sample, and of the
+ * whole. */
 pave_result pv_enlarge_octaves(const pv_enlarge *e, double *own, double *made);
 
-/* Scales the octaves of each coefficient of the whole until their power is that of the sample. */
+/* Scales the octaves of each coefficient of the whole until their power is that of the sample, as far as photographs do
+ * not tell that the whole differs. */
 pave_result pv_enlarge_sharpen(pv_enlarge *e);
 
 /* ---- How it came out ---- */

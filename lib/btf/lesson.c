@@ -11,6 +11,7 @@ enum { MORE = 3 };
 
 void pv_lesson_free(pv_lesson *l)
 {
+    pv_release(l->texel);
     pv_release(l->feature);
     pv_release(l->target);
     pv_release(l->centre);
@@ -59,20 +60,15 @@ static pave_result fill_part(pv_lesson *l, int32_t fold, int32_t copy, int32_t f
 {
     const pv_enlarge *e = l->e;
     int32_t n = e->coefficients;
-    pave_result result = PAVE_OK;
-    int64_t *texels = pv_allocate(e->context, (size_t)count, sizeof *texels, &result);
-    for (int32_t k = 0; k < count && !result; k++) {
+    int64_t *texels = l->texel + first;
+    for (int32_t k = 0; k < count; k++) {
         float *target = l->target + (int64_t)(first + k) * n;
         texels[k] = texel_of(e, fold, copy, k, count);
         pv_enlarge_copied(e, &e->copy[copy], texels[k], target);
         for (int32_t c = 0; c < n; c++)
             target[c] -= (float)e->middle[c];
     }
-    if (!result)
-        result = pv_around_describe(l->around, &e->copy[copy], texels, count,
-                                    l->feature + (int64_t)first * l->features);
-    pv_release(texels);
-    return result;
+    return pv_around_describe(l->around, &e->copy[copy], texels, count, l->feature + (int64_t)first * l->features);
 }
 
 static pave_result fill_lesson(pv_lesson *l)
@@ -114,7 +110,9 @@ pave_result pv_lesson_open(const pv_around *around, int32_t copies, int32_t most
     l->texels = l->from[PV_FOLDS];
     l->centres = l->texels < centres ? l->texels : centres;
     size_t texels = (size_t)l->texels, middle = (size_t)l->centres, bytes = (size_t)l->features * sizeof(float);
-    l->feature = pv_allocate(e->context, texels, bytes, &result);
+    l->texel = pv_allocate(e->context, texels, sizeof *l->texel, &result);
+    if (!result)
+        l->feature = pv_allocate(e->context, texels, bytes, &result);
     if (!result)
         l->target = pv_allocate(e->context, texels, (size_t)e->coefficients * sizeof *l->target, &result);
     if (!result)

@@ -13,6 +13,7 @@ typedef struct pv_lesson {
     int32_t copies, texels, centres, features;
     int32_t sampled[PV_FOLDS], copied[PV_FOLDS]; /* texels of a quarter in the sample, and in each copy */
     int32_t from[PV_FOLDS + 1];
+    int64_t *texel; /* of the sample, or of a copy */
     float *feature; /* [texel][feature] */
     float *target;  /* [texel][coefficient], less the mean */
     float *centre;  /* [centre][feature] */

@@ -7,7 +7,7 @@
 #include <math.h>
 #include <string.h>
 
-static const double most_gain = 2;
+static const double most_gain = 4;
 
 /* A field while it is taken apart: what is left, and what is next. */
 typedef struct apart {
@@ -46,16 +46,30 @@ static void take_octave(void *data, int32_t y, int32_t worker)
     (void)worker;
     const apart *a = data;
     int64_t n = a->shape->channels, wide = a->shape->width;
-    double *power = a->power + y * n;
-    memset(power, 0, (size_t)n * sizeof *power);
     for (int64_t x = 0; x < wide; x++) {
         int64_t at = (y * wide + x) * n;
         smooth(a->rows + at, y, a->shape->height, a->gap, wide * n, (int32_t)n, a->next + at);
+        for (int64_t c = 0; c < n && a->sum; c++)
+            a->sum[at + c] += (float)(a->gain[c] * ((double)a->now[at + c] - (double)a->next[at + c]));
+    }
+}
+
+/* Slopes to the right and downwards, in the octave. */
+static void measure_row(void *data, int32_t y, int32_t worker)
+{
+    (void)worker;
+    const apart *a = data;
+    int64_t n = a->shape->channels, wide = a->shape->width;
+    double *power = a->power + y * n;
+    memset(power, 0, (size_t)n * sizeof *power);
+    for (int64_t x = 0; x < wide; x++) {
+        int64_t at = (y * wide + x) * n, right = x + 1 < wide ? at + n : at;
+        int64_t below = y + 1 < a->shape->height ? at + wide * n : at;
         for (int64_t c = 0; c < n; c++) {
-            double octave = (double)a->now[at + c] - (double)a->next[at + c];
-            power[c] += octave * octave;
-            if (a->sum)
-                a->sum[at + c] += (float)(a->gain[c] * octave);
+            double here = (double)a->now[at + c] - (double)a->next[at + c];
+            double along = (double)a->now[right + c] - (double)a->next[right + c] - here;
+            double down = (double)a->now[below + c] - (double)a->next[below + c] - here;
+            power[c] += along * along + down * down;
         }
     }
 }
@@ -85,6 +99,8 @@ static pave_result take_apart(pave_context *context, pv_texels *t, const double 
         result = pv_parallel(context, t->height, smooth_row, &a, 0, 0);
         if (!result)
             result = pv_parallel(context, t->height, take_octave, &a, 0, 0);
+        if (!result && power)
+            result = pv_parallel(context, t->height, measure_row, &a, 0, 0);
         for (int32_t c = 0; c < t->channels && power && !result; c++) {
             power[o * t->channels + c] = 0;
             for (int32_t y = 0; y < t->height; y++)
@@ -109,6 +125,33 @@ pave_result pv_enlarge_octaves(const pv_enlarge *e, double *own, double *made)
     return result ? result : take_apart(e->context, &whole, NULL, made);
 }
 
+/* The sample may be rougher or smoother than the rest: by how much, the photographs tell for each plane, though one
+ * alone tells half of it at best. */
+static pave_result adapt(const pv_enlarge *e, double *own)
+{
+    double trust = e->guides / (double)(e->guides + e->planes);
+    pv_texels seen = e->seen, given = e->given;
+    int32_t count = PV_OCTAVES * e->guides;
+    pave_result result = PAVE_OK;
+    double *power = pv_allocate(e->context, 2 * (size_t)count, sizeof *power, &result);
+    if (!result)
+        result = take_apart(e->context, &seen, NULL, power);
+    if (!result)
+        result = take_apart(e->context, &given, NULL, power + count);
+    for (int32_t i = 0; i < PV_OCTAVES * e->planes && !result; i++) {
+        int32_t octave = i / e->planes, plane = i % e->planes;
+        double sample = 0, whole = 0;
+        for (int32_t g = plane; g < e->guides; g += e->planes) {
+            sample += power[octave * e->guides + g];
+            whole += power[count + octave * e->guides + g];
+        }
+        for (int32_t c = e->first[plane]; c < e->first[plane + 1] && sample > 0; c++)
+            own[octave * e->coefficients + c] *= pow(whole / sample, trust);
+    }
+    pv_release(power);
+    return result;
+}
+
 pave_result pv_enlarge_sharpen(pv_enlarge *e)
 {
     int32_t count = PV_OCTAVES * e->coefficients;
@@ -116,6 +159,8 @@ pave_result pv_enlarge_sharpen(pv_enlarge *e)
     double *power = pv_allocate(e->context, 2 * (size_t)count, sizeof *power, &result);
     if (!result)
         result = pv_enlarge_octaves(e, power, power + count);
+    if (!result)
+        result = adapt(e, power);
     for (int32_t i = 0; i < count && !result; i++) {
         double own = power[i], made = power[count + i];
         power[i] = made > 0 ? fmin(fmax(sqrt(own / made), 1 / most_gain), most_gain) : 1;

@@ -92,38 +92,47 @@ static pave_result narrow(const pv_lesson *l, const answer *a, float **out)
     return result;
 }
 
-/* What is missed of the quarter that was held out, copies aside: squares, and with `spread` their products, are added
- * up. */
-static pave_result miss(const pv_lesson *l, const answer *a, double *squares, double *spread)
+/* What is missed of the quarter that was held out, copies aside: [texel][coefficient]. */
+static pave_result miss(const pv_lesson *l, const answer *a, float *missed)
 {
     pv_enlarge *e = l->e;
     int32_t n = e->coefficients;
     int64_t first = l->from[a->held_out], rows = l->sampled[a->held_out];
-    float *weights = NULL, *missed = NULL;
-    double *products = NULL, own = 0;
-    for (int32_t fold = 0; fold < PV_FOLDS; fold++)
-        own += l->sampled[fold];
+    float *weights = NULL;
     pave_result result = narrow(l, a, &weights);
-    if (!result)
-        missed = pv_allocate(e->context, (size_t)rows, (size_t)n * sizeof *missed, &result);
     if (!result) {
         pv_product product = { &e->algebra, rows, n, l->centres, l->kernel + first * l->centres, weights, missed,
                                l->centres, n, n, 0, 0 };
         result = pv_multiply_all(e->context, &product, 0, 0);
     }
-    for (int64_t i = 0; i < rows * n && !result; i++) {
+    for (int64_t i = 0; i < rows * n && !result; i++)
         missed[i] -= l->target[first * n + i];
-        *squares += (double)missed[i] * (double)missed[i];
-    }
-    if (!result && spread)
-        products = pv_allocate(e->context, (size_t)n, (size_t)n * sizeof *products, &result);
-    if (!result && spread)
-        result = pv_gram(e->context, &e->algebra, rows, n, missed, products);
-    for (int32_t i = 0; i < n * n && spread && !result; i++)
-        spread[i] += products[i] / own;
-    pv_release(products);
     pv_release(weights);
-    pv_release(missed);
+    return result;
+}
+
+/* Of all quarters, held out in turn. */
+static pave_result miss_all(const pv_lesson *l, const answer *answers, pv_held_out *out)
+{
+    pave_result result = PAVE_OK;
+    out->count = 0;
+    for (int32_t fold = 0; fold < PV_FOLDS && !result; fold++) {
+        memcpy(out->texel + out->count, l->texel + l->from[fold], (size_t)l->sampled[fold] * sizeof *out->texel);
+        result = miss(l, &answers[fold], out->missed + out->count * l->e->coefficients);
+        out->count += l->sampled[fold];
+    }
+    return result;
+}
+
+static pave_result make_held_out(const pv_lesson *l, pv_held_out *out)
+{
+    pave_result result = PAVE_OK;
+    size_t count = 0;
+    for (int32_t fold = 0; fold < PV_FOLDS; fold++)
+        count += (size_t)l->sampled[fold];
+    out->texel = pv_allocate(l->e->context, count, sizeof *out->texel, &result);
+    if (!result)
+        out->missed = pv_allocate(l->e->context, count, (size_t)l->e->coefficients * sizeof *out->missed, &result);
     return result;
 }
 
@@ -134,7 +143,8 @@ typedef struct settings {
     double sigma, width, ridge, squares;
 } settings;
 
-static pave_result try_width(pv_lesson *l, double sigma, double width, answer *answers, settings *best)
+static pave_result try_width(pv_lesson *l, double sigma, double width, answer *answers, pv_held_out *held,
+                             settings *best)
 {
     pave_result result = pv_lesson_study(l, width);
     for (int32_t i = 0; i < RIDGES * PV_FOLDS; i++) {
@@ -145,8 +155,9 @@ static pave_result try_width(pv_lesson *l, double sigma, double width, answer *a
         result = solve_all(l, answers, RIDGES * PV_FOLDS);
     for (int32_t r = 0; r < RIDGES && !result; r++) {
         double squares = 0;
-        for (int32_t fold = 0; fold < PV_FOLDS && !result; fold++)
-            result = miss(l, &answers[r * PV_FOLDS + fold], &squares, NULL);
+        result = miss_all(l, answers + r * PV_FOLDS, held);
+        for (int64_t i = 0; i < held->count * l->e->coefficients && !result; i++)
+            squares += (double)held->missed[i] * (double)held->missed[i];
         if (!result && squares < best->squares)
             *best = (settings){ l->copies, sigma, width, ridges[r], squares };
     }
@@ -160,15 +171,19 @@ static pave_result try_sigma(pv_enlarge *e, double sigma, int32_t copies, settin
     pv_around around;
     pv_lesson l = { 0 };
     answer answers[MOST_ANSWERS] = { 0 };
+    pv_held_out held = { 0 };
     pave_result result = pv_around_learn(e, sigma, &around);
     if (!result)
         result = pv_lesson_open(&around, copies, TRIED_TEXELS, TRIED_CENTRES, &l);
     if (!result)
         result = make_answers(&l, answers, MOST_ANSWERS);
+    if (!result)
+        result = make_held_out(&l, &held);
     for (int32_t w = 0; w < WIDTHS && !result; w++)
         if (width == 0 || widths[w] == width)
-            result = try_width(&l, sigma, widths[w], answers, best);
+            result = try_width(&l, sigma, widths[w], answers, &held, best);
     free_answers(answers, MOST_ANSWERS);
+    pv_held_out_free(&held);
     pv_lesson_free(&l);
     pv_around_free(&around);
     return result;
@@ -226,20 +241,11 @@ static pave_result tell_all(pv_lesson *l, const float *features, const float *we
     return result;
 }
 
-static double variance(const pv_enlarge *e)
-{
-    double sum = 0;
-    for (int32_t k = 0; k < e->coefficients; k++)
-        sum += e->spread[(int64_t)k * e->coefficients + k];
-    return sum;
-}
-
 /* Each quarter is predicted from the others, which tells what to expect; then all teach. */
 static pave_result teach(pv_lesson *l, const settings *best, float **weights)
 {
     pv_enlarge *e = l->e;
     answer answers[PV_FOLDS + 1] = { 0 };
-    double squares = 0;
     for (int32_t i = 0; i <= PV_FOLDS; i++) {
         answers[i].ridge = best->ridge;
         answers[i].held_out = i < PV_FOLDS ? i : -1;
@@ -250,9 +256,9 @@ static pave_result teach(pv_lesson *l, const settings *best, float **weights)
     if (!result)
         result = solve_all(l, answers, PV_FOLDS + 1);
     if (!result)
-        memset(e->spread, 0, (size_t)e->coefficients * (size_t)e->coefficients * sizeof *e->spread);
-    for (int32_t fold = 0; fold < PV_FOLDS && !result; fold++)
-        result = miss(l, &answers[fold], &squares, e->spread);
+        result = make_held_out(l, &e->held);
+    if (!result)
+        result = miss_all(l, answers, &e->held);
     if (!result)
         result = narrow(l, &answers[PV_FOLDS], weights);
     free_answers(answers, PV_FOLDS + 1);
@@ -265,7 +271,7 @@ pave_result pv_enlarge_predict(pv_enlarge *e, double from, double to)
     pv_lesson l = { 0 };
     float *weights = NULL, *features = NULL;
     settings best = { .squares = INFINITY };
-    double before = variance(e), most = from + 0.7 * (to - from);
+    double most = from + 0.7 * (to - from);
     pave_result result = choose_settings(e, &best, from, from + 0.4 * (to - from));
     if (!result)
         result = pv_around_learn(e, best.sigma, &around);
@@ -273,8 +279,6 @@ pave_result pv_enlarge_predict(pv_enlarge *e, double from, double to)
         result = pv_lesson_open(&around, best.copies, MOST_TEXELS / (best.copies > 1 ? 4 : 1), MOST_CENTRES, &l);
     if (!result)
         result = teach(&l, &best, &weights);
-    if (!result)
-        e->left = before > 0 ? variance(e) / before : 0;
     if (!result)
         features = pv_allocate(e->context, (size_t)pv_texels_count(&e->made), (size_t)around.windows.to *
                                sizeof *features, &result);

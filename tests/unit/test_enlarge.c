@@ -183,24 +183,44 @@ static double mean_power(const double *power, int32_t octave)
     return power[2 * octave] + power[2 * octave + 1];
 }
 
-/* A whole that is half as strong as the sample gets its power back, and one that is the sample stays as it is. */
+/* The power that a whole ends up with over the sample's, octave by octave, when it was this much weaker and the
+ * photographs are so much stronger where the sample does not lie. */
+static void sharpen(pv_enlarge *e, float weaker, float stronger, double *ratio)
+{
+    double own[2 * PV_OCTAVES], made[2 * PV_OCTAVES];
+    for (int64_t i = 0; i < 33 * 30; i++)
+        e->given.values[i] = stronger * e->seen.values[i];
+    for (int64_t i = 0; i < 33 * 30 * 2; i++)
+        e->made.values[i] = weaker * e->known.values[i];
+    assert_ok(pv_enlarge_sharpen(e));
+    assert_ok(pv_enlarge_octaves(e, own, made));
+    for (int32_t o = 0; o < PV_OCTAVES; o++)
+        ratio[o] = mean_power(made, o) / mean_power(own, o);
+}
+
+/* A whole that is half as strong as the sample gets its power back, and one that is the sample stays as it is; of what
+ * one photograph tells of the rest half is believed. */
 static void octaves_get_the_samples_power(void **state)
 {
-    pv_enlarge e = { .context = *state, .coefficients = 2 };
-    double own[2 * PV_OCTAVES], made[2 * PV_OCTAVES];
+    pv_enlarge e = { .context = *state, .coefficients = 2, .planes = 1, .guides = 1, .first = { 0, 2 } };
+    double ratio[PV_OCTAVES];
     e.known = texels(*state, 33, 30, 2, 5);
     e.made = texels(*state, 33, 30, 2, 5);
-    assert_ok(pv_enlarge_sharpen(&e));
+    e.seen = texels(*state, 33, 30, 1, 6);
+    e.given = texels(*state, 33, 30, 1, 6);
+    sharpen(&e, 1, 1, ratio);
     for (int64_t i = 0; i < 33 * 30 * 2; i++)
         assert_float_equal(e.made.values[i], e.known.values[i], 1e-5);
-    for (int64_t i = 0; i < 33 * 30 * 2; i++)
-        e.made.values[i] *= 0.6f;
-    assert_ok(pv_enlarge_sharpen(&e));
-    assert_ok(pv_enlarge_octaves(&e, own, made));
+    sharpen(&e, 0.6f, 1, ratio);
     for (int32_t o = 0; o < PV_OCTAVES; o++)
-        assert_true(fabs(mean_power(made, o) / mean_power(own, o) - 1) < (o < 2 ? 0.02 : 0.2)); /* octaves overlap */
+        assert_true(fabs(ratio[o] - 1) < (o < 2 ? 0.02 : 0.2)); /* octaves overlap */
+    sharpen(&e, 1, 2, ratio);
+    for (int32_t o = 0; o < PV_OCTAVES; o++)
+        assert_true(fabs(ratio[o] / 2 - 1) < (o < 2 ? 0.02 : 0.2));
     pv_release(e.known.values);
     pv_release(e.made.values);
+    pv_release(e.seen.values);
+    pv_release(e.given.values);
 }
 
 /* Right sides as rows, and y' z. */
