@@ -143,6 +143,10 @@ pave_result pv_enlarge_optimize(pv_enlarge *e, int32_t levels, double balance, d
 /* Both: the regression, and beside it windows put together anew; finds `left`, too. */
 pave_result pv_enlarge_mix(pv_enlarge *e);
 
+/* How much of `made`, the sample's texels put together anew, beside the regression would have missed least of what was
+ * held out: 0 to 1. */
+double pv_enlarge_share(const pv_enlarge *e, const float *made);
+
 /* ---- What photographs demand ---- */
 
 /* Eqs. 4 to 6: the point nearest to `before` (by share) and `after` that shows just what the guides show. */

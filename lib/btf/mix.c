@@ -63,8 +63,7 @@ static void keep_ends(const pv_enlarge *e, int32_t wide, pv_held_out *held)
     held->count = kept;
 }
 
-/* The share that would have missed least. */
-static double best_share(const pv_enlarge *e, const float *made)
+double pv_enlarge_share(const pv_enlarge *e, const float *made)
 {
     double agree = 0, apart = 0;
     int64_t n = e->coefficients;
@@ -89,7 +88,7 @@ static pave_result learn_share(pv_enlarge *e, double *share, double from, double
         result = make_end(e, wide, 1, made, (from + to) / 2, to);
     if (!result) {
         keep_ends(e, wide, &e->held);
-        *share = best_share(e, made);
+        *share = pv_enlarge_share(e, made);
     }
     pv_release(made);
     return result;

@@ -363,6 +363,38 @@ static void windows_of_copies_lie_as_they_do(void **state)
     close_enlargement(&e);
 }
 
+/* ---- Mixing ---- */
+
+/* A regression that errs by so much, and windows by so much, of the same pattern. */
+static double share_of(float regression, float windows)
+{
+    enum { TEXELS = 50 };
+    float known[TEXELS * 2], made[TEXELS * 2], missed[TEXELS * 2 / 2];
+    int64_t texel[TEXELS / 2];
+    pv_enlarge e = { .coefficients = 2, .known = { TEXELS, 1, 2, known }, .held = { TEXELS / 2, texel, missed } };
+    for (uint32_t i = 0; i < TEXELS * 2; i++) {
+        known[i] = chance(3, i);
+        made[i] = known[i] + windows * chance(4, i);
+    }
+    for (uint32_t k = 0; k < TEXELS / 2; k++) {
+        texel[k] = 2 * k + 1; /* every other */
+        for (uint32_t c = 0; c < 2; c++)
+            missed[2 * k + c] = regression * chance(4, 2 * (2 * k + 1) + c);
+    }
+    return pv_enlarge_share(&e, made);
+}
+
+/* Errors of other signs cancel; of one sign, the lesser is taken. */
+static void shares_miss_least(void **state)
+{
+    (void)state;
+    assert_float_equal(share_of(0.3f, -0.1f), 0.75, 1e-3);
+    assert_float_equal(share_of(0.1f, -0.3f), 0.25, 1e-3);
+    assert_float_equal(share_of(0.1f, 0.3f), 0, 0);
+    assert_float_equal(share_of(0.3f, 0.1f), 1, 0);
+    assert_float_equal(share_of(0, 0), 0, 0);
+}
+
 /* ---- Enlargements ---- */
 
 /* Two patterns are known from two photographs; one shows the one only. */
@@ -637,6 +669,7 @@ int main(void)
         cmocka_unit_test(systems_are_solved),
         cmocka_unit_test(copies_are_turned_material),
         cmocka_unit_test(windows_of_copies_lie_as_they_do),
+        cmocka_unit_test(shares_miss_least),
         cmocka_unit_test(photographs_tell_what_they_show),
         cmocka_unit_test(even_light_and_place_are_used),
         cmocka_unit_test(threads_do_not_matter),
