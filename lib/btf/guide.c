@@ -65,13 +65,12 @@ static void put(const pv_enlarge *e, pv_texels *to, int64_t texel, int32_t photo
     pv_enlarge_encode(e, samples, 1, to->values + texel * to->channels + (int64_t)photograph * e->planes);
 }
 
-/* The mean over all lights from the top view. */
-static void under_even_light(const pv_enlarge *e, const pv_turned *copy, int64_t texel, float *room, float *out)
+/* The mean over all lights from a view. */
+static void under_even_light(const pave_btf *sample, int64_t texel, int32_t view, float *room, float *out)
 {
-    int32_t top = pv_directions_nearest(&e->sample->views, (pave_direction){ 0, 0 }, &(double){ 0 });
-    int32_t channels = e->sample->channels, lights = e->sample->lights.count;
+    int32_t channels = sample->channels, lights = sample->lights.count;
     double sum[PV_BTF_CHANNELS] = { 0 };
-    pv_btf_from_view(e->sample, texel, copy->view[top], room);
+    pv_btf_from_view(sample, texel, view, room);
     for (int32_t i = 0; i < lights * channels; i++)
         sum[i % channels] += (double)room[i];
     for (int32_t c = 0; c < channels; c++)
@@ -81,6 +80,7 @@ static void under_even_light(const pv_enlarge *e, const pv_turned *copy, int64_t
 typedef struct seeing {
     const pv_enlarge *e;
     const pv_turned *copy;
+    int32_t top; /* view */
     float *room; /* a texel from one view, for each worker */
     pv_texels *out;
 } seeing;
@@ -99,15 +99,16 @@ static void see_texel(void *data, int32_t texel, int32_t worker)
         put(e, s->out, texel, i, samples);
     }
     if (e->mean) {
-        under_even_light(e, s->copy, texel, s->room + (int64_t)worker * lights * sample->channels, samples);
+        under_even_light(sample, texel, view[s->top], s->room + (int64_t)worker * lights * sample->channels, samples);
         put(e, s->out, texel, e->photographs, samples);
     }
 }
 
 pave_result pv_enlarge_see(const pv_enlarge *e, const pv_turned *copy, pv_texels *out)
 {
-    seeing s = { .e = e, .copy = copy, .out = out };
     const pave_btf *sample = e->sample;
+    seeing s = { .e = e, .copy = copy, .out = out };
+    s.top = pv_directions_nearest(&sample->views, (pave_direction){ 0, 0 }, &(double){ 0 });
     pave_result result = pv_texels_new(e->context, sample->width, sample->height, e->guides, out);
     if (!result)
         s.room = pv_allocate(e->context, (size_t)pv_workers(e->context),
