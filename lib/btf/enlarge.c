@@ -11,7 +11,7 @@ static const pave_btf_enlarge_params default_params = PAVE_BTF_ENLARGE_PARAMS_IN
 
 static const pv_param enlarge_rows[] = {
     PV_CHOICE(pave_btf_enlarge_params, mode, "best|paper", "regression, or Algorithm 1"),
-    PV_CHOICE(pave_btf_enlarge_params, aim, "error|look", "best: the least error, or the sharpness of the sample"),
+    PV_CHOICE(pave_btf_enlarge_params, aim, "error|look", "best: the least error, or the sharpness of the material"),
     PV_INTEGER(pave_btf_enlarge_params, stage, "", 1, 3,
                "paper: Texture Optimization alone, then statistics once, or all to the end"),
     PV_INTEGER(pave_btf_enlarge_params, components, "", 1, 1024, "of the sample's luminance, or of each channel"),

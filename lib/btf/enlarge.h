@@ -78,7 +78,7 @@ typedef struct pv_enlarge {
     pv_guide *guide;
     int32_t *given_pair, *sample_pair; /* of the photographs and of the sample; the mean picture has none */
     double *middle;         /* [coefficient]: mean over the sample */
-    double *spread;         /* [coefficient][coefficient]: covariance of what a prediction misses, or of the sample */
+    double *spread;         /* [coefficient][coefficient]: covariance over the sample */
     pv_held_out held;
     double left;            /* of the sample's variance, what a prediction misses, as found on parts held out */
     int32_t rounds;

@@ -1,5 +1,5 @@
-/* A regression, and windows of the sample put together anew beside it: as much of the latter as
- * would have served where parts of the sample were made from the rest. */
+/* A regression, and windows of the sample put together anew beside it: as much of the latter as would have served where
+ * parts of the sample were made from the rest. */
 #include "btf/enlarge.h"
 
 #include <math.h>
