@@ -372,7 +372,7 @@ typedef struct pave_btf_enlarge_params {
 } pave_btf_enlarge_params;
 
 #define PAVE_BTF_ENLARGE_PARAMS_INIT \
-    { sizeof(pave_btf_enlarge_params), PAVE_BTF_BEST, PAVE_BTF_AIM_ERROR, 3, 64, 0, PAVE_BTF_COLOUR_AUTO, 0.00032, 8, \
+    { sizeof(pave_btf_enlarge_params), PAVE_BTF_BEST, PAVE_BTF_AIM_ERROR, 3, 128, 0, PAVE_BTF_COLOUR_AUTO, 0.00032, 8, \
       3, 0.877, 0.5, 0, -1, -1, 3, PAVE_F16, 1 }
 
 PAVE_API void pave_btf_enlarge_params_init(pave_btf_enlarge_params *params, size_t size);

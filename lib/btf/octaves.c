@@ -9,6 +9,9 @@
 
 static const double most_gain = 4;
 
+/* Octaves overlap: scaling one changes what its neighbours measure. */
+enum { TURNS = 6 };
+
 /* A field while it is taken apart: what is left, and what is next. */
 typedef struct apart {
     const pv_texels *shape;
@@ -152,21 +155,34 @@ static pave_result adapt(const pv_enlarge *e, double *own)
     return result;
 }
 
+/* What is left to scale by, when it has been scaled by `sofar`, until there is the power that is wanted. */
+static double next_gain(double wanted, double made, double *sofar)
+{
+    double before = *sofar;
+    *sofar = made > 0 ? fmin(fmax(before * sqrt(wanted / made), 1 / most_gain), most_gain) : before;
+    return *sofar / before;
+}
+
 pave_result pv_enlarge_sharpen(pv_enlarge *e)
 {
     int32_t count = PV_OCTAVES * e->coefficients;
     pave_result result = PAVE_OK;
-    double *power = pv_allocate(e->context, 2 * (size_t)count, sizeof *power, &result);
+    double *wanted = pv_allocate(e->context, 4 * (size_t)count, sizeof *wanted, &result);
+    if (result)
+        return result;
+    double *made = wanted + count, *gain = made + count, *sofar = gain + count;
+    for (int32_t i = 0; i < count; i++)
+        sofar[i] = 1;
+    result = pv_enlarge_octaves(e, wanted, made);
     if (!result)
-        result = pv_enlarge_octaves(e, power, power + count);
-    if (!result)
-        result = adapt(e, power);
-    for (int32_t i = 0; i < count && !result; i++) {
-        double own = power[i], made = power[count + i];
-        power[i] = made > 0 ? fmin(fmax(sqrt(own / made), 1 / most_gain), most_gain) : 1;
+        result = adapt(e, wanted);
+    for (int32_t turn = 0; turn < TURNS && !result; turn++) {
+        for (int32_t i = 0; i < count; i++)
+            gain[i] = next_gain(wanted[i], made[i], sofar + i);
+        result = take_apart(e->context, &e->made, gain, NULL);
+        if (!result)
+            result = take_apart(e->context, &e->made, NULL, made);
     }
-    if (!result)
-        result = take_apart(e->context, &e->made, power, NULL);
-    pv_release(power);
+    pv_release(wanted);
     return result;
 }

@@ -1,6 +1,6 @@
 """Sparse reconstruction of generated materials: the tables of docs/backends.md (den Brok et al. 2014, Tables 1 and 2).
 
-    /usr/bin/python3 tests/bench/btf.py BUILD [--classes gravel,tile] [--texels 32] [--materials 12] [--json FILE]
+    /usr/bin/python3 tests/bench/btf.py BUILD [--classes gravel,tile] [--kinds best] [--texels 32] [--materials 12] [--json FILE]
 
 Of each class so many materials are made (seeds 1, 2, ...), 81 x 81 directions; the last is tested, 24 x 24 texels of its
 middle, and the others are what models are made of. One channel, luminance. Sizes follow the paper's by the number of
@@ -105,9 +105,31 @@ EPSILON = 0.00032
 NINE = ["gravel", "tile", "grooved", "sawn", "cobble", "polished", "concrete", "asphalt", "brushed"]
 
 
-def paper(lab, btfs, truth, error):
+def plain_model(lab, btfs):
     """The text to the letter: no copies, no prior."""
-    model = lab.model(btfs, components=660, abrdfs=660, material=100, stride=2, symmetric=0, validate=0)
+    return lab.model(btfs, components=660, abrdfs=660, material=100, stride=2, symmetric=0, validate=0)
+
+
+def swap_for_patches(lab, model):
+    return lab.plan(model, samples=441, method=SWAP, components=660, steps=150)
+
+
+def pairs_of(lab, plan):
+    return [numpy.frombuffer(lab.ffi.buffer(f(plan), 4 * 441), numpy.int32).copy()
+            for f in (lab.c.pave_btf_plan_views, lab.c.pave_btf_plan_lights)]
+
+
+def swapped(lab, btfs):
+    model = plain_model(lab, btfs)
+    plan = swap_for_patches(lab, model)
+    pairs = pairs_of(lab, plan)
+    lab.free("pave_btf_plan", plan)
+    lab.free("pave_btf_model", model)
+    return pairs
+
+
+def paper(lab, btfs, truth, error):
+    model = plain_model(lab, btfs)
     plans = {"map": lab.plan(model, samples=441, method=MAP), "greedy": lab.plan(model, samples=441)}
     row = {}
     for k in (82, 165, 330, 660):
@@ -120,11 +142,10 @@ def paper(lab, btfs, truth, error):
     row["A73 map"] = error(model, plans["map"], mode=PAPER, basis=ABRDFS, abrdfs=73)
     row["A73"] = error(model, None, mode=PROJECT, basis=ABRDFS, abrdfs=73)
     lab.free("pave_btf_plan", plans["swap"])
-    plans["swap"] = lab.plan(model, samples=441, method=SWAP, components=660, steps=150)
+    plans["swap"] = swap_for_patches(lab, model)
     for name in ("map", "swap", "greedy"):
         row[f"T660 {name}"] = error(model, plans[name], mode=PAPER, basis=ABTFS, components=660)
-    pairs = [(numpy.frombuffer(lab.ffi.buffer(f(plans["swap"]), 4 * 441), numpy.int32).copy())
-             for f in (lab.c.pave_btf_plan_views, lab.c.pave_btf_plan_lights)]
+    pairs = pairs_of(lab, plans["swap"])
     for plan in plans.values():
         lab.free("pave_btf_plan", plan)
     lab.free("pave_btf_model", model)
@@ -134,7 +155,7 @@ def paper(lab, btfs, truth, error):
     return row, pairs
 
 
-def best(lab, btfs, truth, error, swapped, folder):
+def best(lab, btfs, truth, error, swap, folder):
     began = time.time()
     model = lab.model(btfs, components=1400, abrdfs=1024, material=100, stride=2)
     row = {"model seconds": time.time() - began}
@@ -151,7 +172,7 @@ def best(lab, btfs, truth, error, swapped, folder):
         row[f"reconstruct seconds {k}"] = time.time() - began
     others = {"map": lab.plan(model, samples=441, method=MAP), "dome": lab.plan(model, samples=65, dome=1)}
     path = str(folder / "swap.csv").encode()
-    (folder / "swap.csv").write_text("view,light\n" + "".join(f"{v},{l}\n" for v, l in zip(*swapped)))
+    (folder / "swap.csv").write_text("view,light\n" + "".join(f"{v},{l}\n" for v, l in zip(*swap)))
     others["swap"] = lab.make(lab.c.pave_btf_plan_read, "pave_btf_plan", lab.context, model, path)
     for name, plan in others.items():
         row[f"both {name}"] = error(model, plan)
@@ -175,9 +196,12 @@ def study(lab, name, options, folder):
     def error(model, plan, **fields):
         return lab.error(model, truth, plan, EPSILON, **fields)
 
-    figures, swapped = paper(lab, btfs, truth, error)
-    row.update(figures)
-    row.update(best(lab, btfs, truth, error, swapped, folder))
+    swap = None
+    if "paper" in options.kinds:
+        figures, swap = paper(lab, btfs, truth, error)
+        row.update(figures)
+    if "best" in options.kinds:
+        row.update(best(lab, btfs, truth, error, swap or swapped(lab, btfs), folder))
     for btf in btfs + [truth]:
         lab.free("pave_btf", btf)
     return row
@@ -224,6 +248,7 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("build")
     parser.add_argument("--classes", default=",".join(NINE))
+    parser.add_argument("--kinds", default="paper,best")
     parser.add_argument("--texels", type=int, default=32)
     parser.add_argument("--materials", type=int, default=12)
     parser.add_argument("--json")

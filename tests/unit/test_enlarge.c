@@ -223,6 +223,27 @@ static void octaves_get_the_samples_power(void **state)
     pv_release(e.given.values);
 }
 
+/* One that is blurred, too, though its octaves can't be scaled one by one. */
+static void blurred_octaves_get_the_samples_power(void **state)
+{
+    pv_enlarge e = { .context = *state, .coefficients = 2, .planes = 1, .guides = 1, .first = { 0, 2 } };
+    double own[2 * PV_OCTAVES], made[2 * PV_OCTAVES];
+    e.known = texels(*state, 33, 30, 2, 5);
+    e.made = texels(*state, 33, 30, 2, 5);
+    e.seen = texels(*state, 33, 30, 1, 6);
+    e.given = texels(*state, 33, 30, 1, 6);
+    for (int64_t i = 0; i + 2 < 33 * 30 * 2; i++)
+        e.made.values[i] = 0.6f * e.known.values[i] + 0.4f * e.known.values[i + 2];
+    assert_ok(pv_enlarge_sharpen(&e));
+    assert_ok(pv_enlarge_octaves(&e, own, made));
+    for (int32_t o = 0; o < PV_OCTAVES; o++)
+        assert_true(fabs(mean_power(made, o) / mean_power(own, o) - 1) < 0.1);
+    pv_release(e.known.values);
+    pv_release(e.made.values);
+    pv_release(e.seen.values);
+    pv_release(e.given.values);
+}
+
 /* Right sides as rows, and y' z. */
 static void systems_are_solved(void **state)
 {
@@ -666,6 +687,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(windows_are_the_nearest),
         cmocka_unit_test(octaves_get_the_samples_power),
+        cmocka_unit_test(blurred_octaves_get_the_samples_power),
         cmocka_unit_test(systems_are_solved),
         cmocka_unit_test(copies_are_turned_material),
         cmocka_unit_test(windows_of_copies_lie_as_they_do),
