@@ -1,16 +1,7 @@
 #!/bin/sh
 # pave measure: its outputs and mistakes, and agreement with the independent judge on the paper's mode.
-set -eu
-root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
-pave=$build/bin/pave
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-cd "$work"
+. "$1/tests/cli/prologue.sh"
 drawing=$root/examples/drawings/copacabana.png
-fail() {
-  echo "FAILED: $1" >&2
-  exit 1
-}
 
 "$pave" lay "$drawing" --half-side 8 -q -o a.svg -o a.stones
 "$pave" measure "$drawing" a.svg -o a.json >said || fail "measure"
@@ -43,10 +34,7 @@ expect 2 "not within the drawing's" "$pave" measure "$root/tests/data/rgb.ppm" a
 expect 4 "more stones than the limit" "$pave" measure "$drawing" a.svg --max-stones 100
 expect 5 "cannot" "$pave" measure "$drawing" a.svg -o nowhere/x.json
 
-if [ ! -f "${PAVE_SHARED:-}/check/check_stones.py" ]; then
-  echo "skipped: PAVE_SHARED names no folder with check/check_stones.py"
-  exit 77
-fi
+[ -f "${PAVE_SHARED:-}/check/check_stones.py" ] || skip "PAVE_SHARED names no folder with check/check_stones.py"
 cat >evil.svg <<'SVG'
 <svg viewBox="0 0 1024 640"><polygon points="0,0 9,0 9,9 0,9"/><polygon points="5,5 5,20 20,20 20,5"/>
 <polygon points="30,0 40,9 40,0 30,9"/><polygon fill="#fff" points="50,0 60,0 60,9 55,1 50,9"/>
@@ -83,3 +71,4 @@ for line in open("pairs"):
         assert same, (line, key, ours[key], value)
     print(stones, "the same", len(theirs), "figures")
 PY
+exit $failed

@@ -1,15 +1,6 @@
 #!/bin/sh
 # BTFs on the command line: through every format and back, and as the independent reader finds them.
-set -eu
-build=$(cd "$2" && pwd)
-pave=$build/bin/pave
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-cd "$work"
-fail() {
-  echo "$1" >&2
-  exit 1
-}
+. "$1/tests/cli/prologue.sh"
 "$pave" btf synthesize --class gravel --texels 8 --directions ubo81 --seed 3 -o a.bdi -q
 "$pave" btf convert a.bdi -o a.exr -q
 "$pave" btf convert a.exr -o folder/ -q
@@ -42,16 +33,13 @@ refuses 2 view a.bdi -q
 "$pave" btf view a.bdi --side 32 -o view.png -q
 "$pave" btf plot a.bdi -o plot.png -q
 "$pave" btf sheet a.bdi --tile 8 -o sheet.png -q
-ldconfig -p | grep -q libopenblas.so.0 || { echo "skipped: OpenBLAS is not installed"; exit 77; }
+ldconfig -p | grep -q libopenblas.so.0 || skip "OpenBLAS is not installed"
 "$pave" btf compress a.bdi --components 20,10,10 -o a.btf -q
 "$pave" btf compress a.bdi --components 20 --joint -o joint.btf -q
 "$pave" btf view a.btf --against a.bdi --side 32 -o difference.png -q
 "$pave" btf merge a.btf a.btf --components 30 -o merged.btf -q
 
-if [ ! -f "${PAVE_SHARED:-}/check/check_btf.py" ]; then
-  echo "skipped: PAVE_SHARED names no folder with check/check_btf.py"
-  exit 77
-fi
+[ -f "${PAVE_SHARED:-}/check/check_btf.py" ] || skip "PAVE_SHARED names no folder with check/check_btf.py"
 for file in a.btf joint.btf; do
   "$pave" btf measure "$file" a.bdi --json >ours.json
   /usr/bin/python3 "$PAVE_SHARED/check/check_btf.py" "$file" a.bdi --json >theirs.json
@@ -64,3 +52,4 @@ assert theirs["direction_error"] < 1e-4
 END
 done
 echo "the independent reader agrees"
+exit $failed

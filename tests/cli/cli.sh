@@ -1,18 +1,7 @@
 #!/bin/sh
 # The command line: outputs, streams, exit codes, help, bad options, bad outputs, cancel.
-set -eu
-root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
-pave=$build/bin/pave
+. "$1/tests/cli/prologue.sh"
 drawing=$root/examples/drawings/copacabana.png
-work=$(mktemp -d "${TMPDIR:-/tmp}/pave cli.XXXXXX")
-trap 'chmod -R u+w "$work"; rm -rf "$work"' EXIT
-cd "$work"
-failed=0
-
-fail() {
-  echo "FAILED: $1" >&2
-  failed=1
-}
 
 # expect STATUS WORDS COMMAND...: exit status, and one line on stderr that has the words (none wanted if WORDS is "")
 expect() {

@@ -1,17 +1,8 @@
 #!/bin/sh
 # Drawings of more than two colours: palettes found and given, and the same bytes whole, in windows, in shards, from
 # every backend and any number of threads.
-set -eu
-root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
-pave=$build/bin/pave
+. "$1/tests/cli/prologue.sh"
 drawing=$root/examples/drawings/map.png
-work=$(mktemp -d "${TMPDIR:-/tmp}/pave colours.XXXXXX")
-trap 'rm -rf "$work"' EXIT
-cd "$work"
-fail() {
-  echo "FAILED: $1" >&2
-  exit 1
-}
 options="--mode paper --colours 4 --half-side 2 --iterations 1 --quiet"
 /usr/bin/python3 -c '
 import sys
@@ -83,3 +74,4 @@ echo red >palette.txt
 refuse 3 "colours like #rrggbb" --palette palette.txt
 [ ! -e x.svg ] || fail "a refused job wrote x.svg"
 echo "$windows windows, the same bytes"
+exit $failed

@@ -1,11 +1,7 @@
 #!/bin/sh
 # The same drawing, parameters and seed give the same SVG, byte for byte: on every backend, for every number of
 # threads, in every locale, and again.
-set -eu
-root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
-pave=$build/bin/pave
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
+. "$1/tests/cli/prologue.sh"
 backends="cpu cpu-portable"
 for device in vulkan-compute vulkan-raster gles; do
   if "$pave" info | grep -q "^$device *[^n]"; then
@@ -13,7 +9,6 @@ for device in vulkan-compute vulkan-raster gles; do
   fi
 done
 echo "backends: $backends"
-failed=0
 lay() { "$pave" lay "$root/examples/drawings/copacabana.png" --quiet "$@"; }
 lay --seed 7 -o "$work/first.svg"
 same() {

@@ -1,17 +1,7 @@
 #!/bin/sh
 # Smooth drawings, whose greys tell where edges are: the same stones at once, in windows, within a memory, in shards and
 # on planes that repeat.
-set -eu
-root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
-pave=$build/bin/pave
-work=$(mktemp -d "${TMPDIR:-/tmp}/pave greys.XXXXXX")
-trap 'rm -rf "$work"' EXIT
-cd "$work"
-failed=0
-fail() {
-  echo "FAILED: $1" >&2
-  failed=1
-}
+. "$1/tests/cli/prologue.sh"
 # The left half of strip.png has no greys: they are met late
 /usr/bin/python3 -c '
 import sys

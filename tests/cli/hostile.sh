@@ -1,14 +1,7 @@
 #!/bin/sh
 # Hostile files: no crash, no hang, little memory, one line or stones, a documented exit code.
-set -eu
-build=$(cd "$2" && pwd)
-if [ ! -d "${PAVE_SHARED:-}/data/hostile" ]; then
-  echo "skipped: PAVE_SHARED names no folder with data/hostile"
-  exit 77
-fi
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-failed=0
+. "$1/tests/cli/prologue.sh"
+[ -d "${PAVE_SHARED:-}/data/hostile" ] || skip "PAVE_SHARED names no folder with data/hostile"
 for file in "$PAVE_SHARED"/data/hostile/*; do
   code=0
   (ulimit -v 4000000; exec timeout 20 "$build/bin/pave" lay "$file" --quiet -o "$work/x.svg") >"$work/out" 2>"$work/err" || code=$?

@@ -1,17 +1,9 @@
 #!/bin/sh
 # The independent judge's bars for both modes on the four reference drawings, the effect of the random stretch
 # (Fig. 12), and every other drawing without complaint.
-set -eu
-build=$(cd "$2" && pwd)
-if [ ! -f "${PAVE_SHARED:-}/check/check_stones.py" ]; then
-  echo "skipped: PAVE_SHARED names no folder with check/check_stones.py"
-  exit 77
-fi
-pave=$build/bin/pave
+. "$1/tests/cli/prologue.sh"
+[ -f "${PAVE_SHARED:-}/check/check_stones.py" ] || skip "PAVE_SHARED names no folder with check/check_stones.py"
 drawings=$PAVE_SHARED/data/reference-drawings
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-failed=0
 judge() { # judge NAME QUADS MISMATCH STRADDLERS (of 16384)
   "$pave" lay "$drawings/$1.png" --mode paper --half-side 4 --grout 0 --quiet -o "$work/$1.svg" -o "$work/paper-$1.json"
   /usr/bin/python3 "$PAVE_SHARED/check/check_stones.py" "$drawings/$1.png" "$work/$1.svg" --min-quads "$2" --max-mismatch "$3" \

@@ -1,20 +1,10 @@
 #!/bin/sh
 # pave maps as its users meet it: folders and models in and out, judged by other means; the same from all threads and
 # windows; and what is refused.
-set -eu
-root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
-pave=$build/bin/pave
-work=$(mktemp -d "${TMPDIR:-/tmp}/pave maps.XXXXXX")
-trap 'rm -rf "$work"' EXIT
-failed=0
-fail() {
-  echo "$1" >&2
-  failed=1
-}
+. "$1/tests/cli/prologue.sh"
 judge() {
   /usr/bin/python3 "$root/tests/cli/maps.py" "$@" || fail "maps.py $*"
 }
-cd "$work"
 drawing=$root/examples/drawings/copacabana.png
 "$pave" lay "$drawing" -o s.stones -o s.svg --half-side 6 --window 20,10,80,60 --quiet
 "$pave" lay "$drawing" -o rock.png --half-side 9 --window 0,0,64,64 --quiet

@@ -2,11 +2,7 @@
 # Drawings are read from their files part by part: TIFF in tiles, in strips and in one strip, OpenEXR in tiles and in
 # lines, PNG. All name the same drawing and give the same windows, none is ever held as a whole, and where even its bits
 # are too many they are kept in a file that leaves nothing behind.
-set -eu
-root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
-work=$(mktemp -d "${TMPDIR:-/tmp}/pave regions.XXXXXX")
-trap 'rm -rf "$work"' EXIT
-cd "$work"
+. "$1/tests/cli/prologue.sh"
 mkdir large small
 /usr/bin/python3 "$root/tests/cli/large.py" 3072 large
 /usr/bin/python3 "$root/tests/cli/large.py" 256 small

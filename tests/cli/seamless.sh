@@ -1,16 +1,6 @@
 #!/bin/sh
 # Periodic pavements: no seam, and the same bytes whole, in windows that lie anywhere, in shards, on every backend.
-set -eu
-root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
-pave=$build/bin/pave
-work=$(mktemp -d "${TMPDIR:-/tmp}/pave periodic.XXXXXX")
-trap 'rm -rf "$work"' EXIT
-cd "$work"
-failed=0
-fail() {
-  echo "FAILED: $1" >&2
-  failed=1
-}
+. "$1/tests/cli/prologue.sh"
 same() { # same FILE FILE WHAT
   cmp "$1" "$2" || fail "$3"
 }

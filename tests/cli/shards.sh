@@ -1,17 +1,7 @@
 #!/bin/sh
 # A plan and its shards: any order, again, a part of them killed, two at once; merged, the bytes of the whole.
-set -eu
-root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
-pave=$build/bin/pave
-work=$(mktemp -d "${TMPDIR:-/tmp}/pave shards.XXXXXX")
-trap 'rm -rf "$work"' EXIT
-cd "$work"
+. "$1/tests/cli/prologue.sh"
 cp "$root/examples/drawings/copacabana.png" drawing.png
-failed=0
-fail() {
-  echo "FAILED: $1" >&2
-  failed=1
-}
 options="--mode paper --half-side 2 --iterations 3 --seed 3"
 
 "$pave" lay drawing.png $options --quiet -o whole.svg

@@ -1,15 +1,6 @@
 #!/bin/sh
 # Sparse BTFs on the command line: a model of a folder, plans, reconstructions, and what is refused.
-set -eu
-build=$(cd "$2" && pwd)
-pave=$build/bin/pave
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-cd "$work"
-fail() {
-  echo "$1" >&2
-  exit 1
-}
+. "$1/tests/cli/prologue.sh"
 # A folder with the pictures of a BTF that a plan wants, and a name for each
 photograph() {
   "$pave" btf convert "$1" -o all/ -q
@@ -26,7 +17,7 @@ for line in sys.stdin:
 ' "$3"
   rm -r all
 }
-ldconfig -p | grep -q libopenblas.so.0 || { echo "skipped: OpenBLAS is not installed"; exit 77; }
+ldconfig -p | grep -q libopenblas.so.0 || skip "OpenBLAS is not installed"
 mkdir class
 for seed in 1 2 3; do
   "$pave" btf synthesize --class tile --texels 6 --seed $seed --bounces 0 -o class/$seed.bdi -q
@@ -138,3 +129,4 @@ refuses 2 'not one photograph' enlarge sample.bdi -o x.btf -q
 refuses 2 'does not lie in a whole of 40 x 40' enlarge sample.bdi --constraints photographs --x 30 --y 8 -o x.btf -q
 refuses 2 'too few' enlarge dome.bdi --constraints photographs -o x.btf -q
 refuses 3 'cannot be read' enlarge sample.bdi --constraints none -o x.btf -q
+exit $failed

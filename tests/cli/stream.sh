@@ -1,17 +1,7 @@
 #!/bin/sh
 # Window by window within a memory: the same bytes as at once; a job that was killed begins where it was.
-set -eu
-root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
-pave=$build/bin/pave
+. "$1/tests/cli/prologue.sh"
 drawing=$root/examples/drawings/copacabana.png
-work=$(mktemp -d "${TMPDIR:-/tmp}/pave stream.XXXXXX")
-trap 'rm -rf "$work"' EXIT
-cd "$work"
-failed=0
-fail() {
-  echo "FAILED: $1" >&2
-  failed=1
-}
 options="--mode paper --half-side 2 --iterations 3 --quiet"
 
 "$pave" lay "$drawing" $options -o whole.svg -o whole.stones

@@ -1,16 +1,6 @@
 #!/bin/sh
 # pave statistics as its users meet it: textures in and out, the report, what is refused.
-set -eu
-root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
-pave=$build/bin/pave
-work=$(mktemp -d "${TMPDIR:-/tmp}/pave textures.XXXXXX")
-trap 'rm -rf "$work"' EXIT
-failed=0
-fail() {
-  echo "$1" >&2
-  failed=1
-}
-cd "$work"
+. "$1/tests/cli/prologue.sh"
 "$pave" lay "$root/examples/drawings/copacabana.png" -o stones.png --half-side 4 --window 0,0,64,48 --quiet
 
 # the same bytes for any number of threads, others for another seed; a report of every group

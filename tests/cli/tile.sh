@@ -1,17 +1,7 @@
 #!/bin/sh
 # pave tile as its users meet it: files in and out, companions, what is refused; and, where there is an independent
 # judge and its textures, the bars for mode best.
-set -eu
-root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
-pave=$build/bin/pave
-work=$(mktemp -d "${TMPDIR:-/tmp}/pave tiling.XXXXXX")
-trap 'rm -rf "$work"' EXIT
-failed=0
-fail() {
-  echo "$1" >&2
-  failed=1
-}
-cd "$work"
+. "$1/tests/cli/prologue.sh"
 "$pave" lay "$root/examples/drawings/copacabana.png" -o stones.png --half-side 9 --window 0,0,160,160 --quiet
 
 # the same bytes for any number of threads and way of searching; a report with all measures

@@ -1,23 +1,13 @@
 #!/bin/sh
 # The Vulkan validation layer, with synchronisation validation, has nothing to say about a job, nor about what is done
 # when a call to the driver fails.
-set -eu
-root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
-pave=$build/bin/pave
+. "$1/tests/cli/prologue.sh"
 backends=$("$pave" info | sed -n 's/^\(vulkan-[a-z]*\) *[^n ].*/\1/p' | sort -u)
-if [ -z "$backends" ]; then
-  echo "skipped: no usable Vulkan device"
-  exit 77
-fi
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
+[ -n "$backends" ] || skip "no usable Vulkan device"
 export VK_INSTANCE_LAYERS=VK_LAYER_KHRONOS_validation
 export VK_LAYER_ENABLES=VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT
 VK_LOADER_DEBUG=layer "$pave" info >"$work/loaded" 2>&1
-if ! grep -qi 'khronos_validation' "$work/loaded"; then
-  echo "skipped: the validation layer is not installed"
-  exit 77
-fi
+grep -qi 'khronos_validation' "$work/loaded" || skip "the validation layer is not installed"
 for backend in $backends; do
   for half_side in 2 4 40; do
     "$pave" lay "$root/examples/drawings/copacabana.png" --backend "$backend" --half-side $half_side --iterations 3 \

@@ -1,21 +1,8 @@
 #!/bin/sh
 # pave solid as its users meet it: formats, measurements, meshes, exit codes; the independent judge's bars where there
 # are the shared data.
-set -eu
-root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
-pave=$build/bin/pave
-work=$(mktemp -d "${TMPDIR:-/tmp}/pave solid.XXXXXX")
-trap 'rm -rf "$work"' EXIT
-cd "$work"
-failed=0
-fail() {
-  echo "$*" >&2
-  failed=1
-}
-if [ ! -e "$build/lib/pave/pave-oiio.so" ]; then
-  echo "skipped: built without the module that writes TIFF"
-  exit 77
-fi
+. "$1/tests/cli/prologue.sh"
+[ -e "$build/lib/pave/pave-oiio.so" ] || skip "built without the module that writes TIFF"
 /usr/bin/python3 - <<'END'
 import random
 random.seed(1)

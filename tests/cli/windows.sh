@@ -1,11 +1,6 @@
 #!/bin/sh
 # Windows that share out the plane share out its stones: nothing twice, nothing missing, every polygon the same.
-set -eu
-root=$(cd "$1" && pwd) build=$(cd "$2" && pwd)
-pave=$build/bin/pave
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-failed=0
+. "$1/tests/cli/prologue.sh"
 drawing=$root/examples/drawings/copacabana.png
 width=1024 height=640
 /usr/bin/python3 -c '
