@@ -234,6 +234,7 @@ void pave_btf_abrdf(const pave_btf *btf, int32_t x, int32_t y, float *out)
     }
     if (!btf->factors) {
         pv_btf_samples(btf, texel, 0, pv_btf_length(btf), out);
+        pv_btf_leave(btf, texel);
         return;
     }
     for (int64_t pair = 0; pair < pairs; pair++)

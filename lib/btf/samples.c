@@ -8,6 +8,8 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 double pv_btf_sample_bytes(const pave_btf *btf)
 {
@@ -57,6 +59,16 @@ void pv_btf_samples(const pave_btf *btf, int64_t texel, int64_t first, int64_t c
             memcpy(&half, from + 2 * (first + i), sizeof half);
             out[i] = pv_half_value(half);
         }
+}
+
+void pv_btf_leave(const pave_btf *btf, int64_t texel)
+{
+    const uint8_t *first = btf->samples.map ? texel_bytes(btf, texel) : NULL;
+    uintptr_t page = (uintptr_t)sysconf(_SC_PAGESIZE);
+    uintptr_t from = ((uintptr_t)first + page - 1) & ~(page - 1);
+    uintptr_t to = ((uintptr_t)first + btf->samples.texel_bytes) & ~(page - 1);
+    if (first && to > from)
+        madvise((void *)from, to - from, MADV_DONTNEED);
 }
 
 int pv_all_finite(const float *values, int64_t count)

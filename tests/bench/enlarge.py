@@ -323,7 +323,7 @@ def main():
     parser.add_argument("--kinds", default="best,look,paper,baselines",
                         help="and counts: best mode from 2 to 40; forced: the paper's other stages from 1 to 40")
     parser.add_argument("--sets", default="top,random,planned,mean", help="of photographs")
-    parser.add_argument("--components", type=int, default=64, help="of luminance, half as many of each other channel")
+    parser.add_argument("--components", type=int, default=128, help="of luminance, half as many of each other channel")
     parser.add_argument("--disk", help="a folder for samples that are not to be held in memory")
     parser.add_argument("--most", type=float, default=0, help="GiB that the library may take")
     parser.add_argument("--json", help="rows that are in this file already are not run again")
