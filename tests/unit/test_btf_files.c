@@ -454,6 +454,42 @@ static void wrong_sets_are_refused(void **state)
     pave_btf_free(&btf);
 }
 
+/* Of this process, in bytes. */
+static long resident(void)
+{
+    long all, pages = 0;
+    FILE *file = fopen("/proc/self/statm", "r");
+    assert_non_null(file);
+    assert_int_equal(fscanf(file, "%ld %ld", &all, &pages), 2);
+    fclose(file);
+    return pages * sysconf(_SC_PAGESIZE);
+}
+
+/* Samples that are mapped and have been read do not add up in memory. */
+static void mapped_samples_are_left(void **state)
+{
+    pave_btf_synthesis_params params = PAVE_BTF_SYNTHESIS_PARAMS_INIT;
+    pave_btf *made = NULL, *read = NULL;
+    params.class_of = PAVE_BTF_FLAT;
+    params.texels = 16;
+    assert_ok(pave_btf_synthesize(*state, &params, &made));
+    assert_ok(pave_btf_write(*state, made, NULL, at("left.bdi")));
+    assert_ok(pave_btf_read(*state, at("left.bdi"), NULL, &read));
+    float *first = malloc(6561 * 3 * sizeof *first), *again = malloc(6561 * 3 * sizeof *first);
+    pave_btf_abrdf(read, 0, 0, first);
+    pave_btf_abrdf(read, 15, 15, again);
+    long before = resident();
+    for (int32_t t = 0; t < 256; t++)
+        pave_btf_abrdf(read, t % 16, t / 16, again);
+    assert_true(resident() - before < 256l * 6561 * 3 * 2 / 2);
+    pave_btf_abrdf(read, 0, 0, again);
+    assert_memory_equal(first, again, 6561 * 3 * sizeof *first);
+    free(first);
+    free(again);
+    pave_btf_free(&made);
+    pave_btf_free(&read);
+}
+
 static int open_folder(void **state)
 {
     return !mkdtemp(folder) || open_context(state);
@@ -478,6 +514,7 @@ int main(void)
         cmocka_unit_test(radiance_pictures_are_read),
         cmocka_unit_test(damaged_pictures_are_refused),
         cmocka_unit_test(wrong_sets_are_refused),
+        cmocka_unit_test(mapped_samples_are_left),
     };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }
