@@ -113,7 +113,7 @@ pave_result pv_btf_copy_frame(pave_context *context, const pave_btf *btf, pave_b
 /* Samples `first` .. `first + count - 1` of a texel as floats; only where there are samples. */
 void pv_btf_samples(const pave_btf *btf, int64_t texel, int64_t first, int64_t count, float *out);
 
-/* All of a texel has been read: what is mapped of it no longer counts as this process's memory. Read again, it comes
+/* A texel has been read: what is mapped of it no longer counts as this process's memory. Read again, it comes
  * from the system's cache, or from the file. */
 void pv_btf_leave(const pave_btf *btf, int64_t texel);
 

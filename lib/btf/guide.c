@@ -102,6 +102,7 @@ static void see_texel(void *data, int32_t texel, int32_t worker)
         under_even_light(sample, texel, view[s->top], s->room + (int64_t)worker * lights * sample->channels, samples);
         put(e, s->out, texel, e->photographs, samples);
     }
+    pv_btf_leave(sample, texel);
 }
 
 pave_result pv_enlarge_see(const pv_enlarge *e, const pv_turned *copy, pv_texels *out)
@@ -142,6 +143,8 @@ static void show_given(void *data, int32_t texel, int32_t worker)
         s->bad[texel] |= !pv_all_finite(samples, channels);
         put(e, &e->given, texel, i, samples);
     }
+    if (e->photos)
+        pv_btf_leave(e->photos, texel);
     for (int32_t c = 0; c < channels && e->mean; c++)
         samples[c] = linear_value(e->mean, (int64_t)texel * e->mean->channels + c);
     if (e->mean) {

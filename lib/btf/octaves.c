@@ -8,9 +8,18 @@
 #include <string.h>
 
 static const double most_gain = 4;
+static const double ridge = 1e-3; /* of the photographs' mean square */
 
 /* Octaves overlap: scaling one changes what its neighbours measure. */
 enum { TURNS = 6 };
+
+/* What a field is taken apart for; NULL: not for that. */
+typedef struct purpose {
+    const double *gains; /* [octave][channel], by which the field's own are scaled */
+    double *power;       /* [octave][channel], gets the mean square of slopes */
+    float *slopes;       /* [texel][right, down][channel], gets those of one octave */
+    int32_t octave;
+} purpose;
 
 /* A field while it is taken apart: what is left, and what is next. */
 typedef struct apart {
@@ -20,6 +29,7 @@ typedef struct apart {
     float *sum;          /* octaves times their gains; NULL: none */
     const double *gain;  /* [channel] */
     double *power;       /* [row][channel], of the octave */
+    float *slopes;       /* NULL: not of this one */
 } apart;
 
 /* The mean of five texels that lie `step` values apart along an axis; `at` is the middle one's place on it. */
@@ -73,14 +83,19 @@ static void measure_row(void *data, int32_t y, int32_t worker)
             double along = (double)a->now[right + c] - (double)a->next[right + c] - here;
             double down = (double)a->now[below + c] - (double)a->next[below + c] - here;
             power[c] += along * along + down * down;
+            if (a->slopes) {
+                a->slopes[2 * at + c] = (float)along;
+                a->slopes[2 * at + n + c] = (float)down;
+            }
         }
     }
 }
 
-/* `power`, [octave][channel], gets mean squares; with `gains`, alike, octaves are scaled by them. */
-static pave_result take_apart(pave_context *context, pv_texels *t, const double *gains, double *power)
+static pave_result take_apart(pave_context *context, const pv_texels *t, const purpose *use)
 {
     pave_result result = PAVE_OK;
+    const double *gains = use->gains;
+    int32_t octaves = use->slopes ? use->octave + 1 : PV_OCTAVES;
     size_t texels = (size_t)pv_texels_count(t), bytes = (size_t)t->channels * sizeof(float);
     apart a = { .shape = t };
     a.now = pv_allocate(context, texels, bytes, &result);
@@ -95,19 +110,20 @@ static pave_result take_apart(pave_context *context, pv_texels *t, const double 
     if (!result && gains)
         memset(t->values, 0, texels * bytes);
     a.sum = gains ? t->values : NULL;
-    for (int32_t o = 0; o < PV_OCTAVES && !result; o++) {
+    for (int32_t o = 0; o < octaves && !result; o++) {
         float *swap = a.now;
         a.gap = 1 << o;
+        a.slopes = o == use->octave ? use->slopes : NULL;
         a.gain = gains ? gains + (int64_t)o * t->channels : NULL;
         result = pv_parallel(context, t->height, smooth_row, &a, 0, 0);
         if (!result)
             result = pv_parallel(context, t->height, take_octave, &a, 0, 0);
-        if (!result && power)
+        if (!result && (use->power || a.slopes))
             result = pv_parallel(context, t->height, measure_row, &a, 0, 0);
-        for (int32_t c = 0; c < t->channels && power && !result; c++) {
-            power[o * t->channels + c] = 0;
+        for (int32_t c = 0; c < t->channels && use->power && !result; c++) {
+            use->power[o * t->channels + c] = 0;
             for (int32_t y = 0; y < t->height; y++)
-                power[o * t->channels + c] += a.power[(int64_t)y * t->channels + c] / (double)texels;
+                use->power[o * t->channels + c] += a.power[(int64_t)y * t->channels + c] / (double)texels;
         }
         a.now = a.next;
         a.next = swap;
@@ -123,35 +139,108 @@ static pave_result take_apart(pave_context *context, pv_texels *t, const double 
 
 pave_result pv_enlarge_octaves(const pv_enlarge *e, double *own, double *made)
 {
-    pv_texels known = e->known, whole = e->made;
-    pave_result result = take_apart(e->context, &known, NULL, own);
-    return result ? result : take_apart(e->context, &whole, NULL, made);
+    pave_result result = take_apart(e->context, &e->known, &(purpose){ .power = own });
+    return result ? result : take_apart(e->context, &e->made, &(purpose){ .power = made });
 }
 
-/* The sample may be rougher or smoother than the rest: by how much, the photographs tell for each plane, though one
- * alone tells half of it at best. */
+/* ---- What the photographs tell of the rest ---- */
+
+/* Slopes of an octave: of what photographs show of the sample and of the whole, and of the sample's coefficients. Of
+ * each photograph's their products, and what a least squares fit makes of them, [coefficient][photograph, plane]. */
+typedef struct regression {
+    float *seen, *given, *known;
+    double *sample, *whole, *matrix, *weight;
+} regression;
+
+static double quadratic(const double *matrix, const double *x, int32_t n)
+{
+    double sum = 0;
+    for (int32_t i = 0; i < n; i++)
+        for (int32_t k = 0; k < n; k++)
+            sum += x[i] * matrix[i * n + k] * x[k];
+    return sum;
+}
+
+static pave_result fit_octave(const pv_enlarge *e, int32_t octave, regression *r)
+{
+    int32_t n = e->guides;
+    int64_t inside = 2 * pv_texels_count(&e->seen), all = 2 * pv_texels_count(&e->given);
+    double trace = 0;
+    pave_result result = take_apart(e->context, &e->seen, &(purpose){ .slopes = r->seen, .octave = octave });
+    if (!result)
+        result = take_apart(e->context, &e->given, &(purpose){ .slopes = r->given, .octave = octave });
+    if (!result)
+        result = take_apart(e->context, &e->known, &(purpose){ .slopes = r->known, .octave = octave });
+    if (!result)
+        result = pv_gram(e->context, &e->algebra, inside, n, r->seen, r->sample);
+    if (!result)
+        result = pv_gram(e->context, &e->algebra, all, n, r->given, r->whole);
+    if (!result)
+        result = pv_cross(e->context, &e->algebra, inside, n, r->seen, e->coefficients, r->known, r->weight);
+    if (result)
+        return result;
+    memcpy(r->matrix, r->sample, (size_t)n * (size_t)n * sizeof *r->matrix);
+    for (int32_t i = 0; i < n; i++)
+        trace += r->sample[i * n + i];
+    for (int32_t i = 0; i < n; i++)
+        r->matrix[i * n + i] += ridge * trace / n;
+    if (trace <= 0 || !pv_solve_positive(&e->algebra, n, r->matrix, e->coefficients, r->weight))
+        memset(r->weight, 0, (size_t)n * (size_t)e->coefficients * sizeof *r->weight);
+    return PAVE_OK;
+}
+
+static pave_result make_regression(const pv_enlarge *e, regression *r)
+{
+    pave_result result = PAVE_OK;
+    size_t inside = 2 * (size_t)pv_texels_count(&e->seen), all = 2 * (size_t)pv_texels_count(&e->given);
+    size_t n = (size_t)e->guides;
+    r->seen = pv_allocate(e->context, inside, n * sizeof *r->seen, &result);
+    if (!result)
+        r->given = pv_allocate(e->context, all, n * sizeof *r->given, &result);
+    if (!result)
+        r->known = pv_allocate(e->context, inside, (size_t)e->coefficients * sizeof *r->known, &result);
+    if (!result)
+        r->sample = pv_allocate(e->context, n, 3 * n * sizeof *r->sample, &result);
+    if (!result)
+        r->weight = pv_allocate(e->context, n, (size_t)e->coefficients * sizeof *r->weight, &result);
+    if (!result) {
+        r->whole = r->sample + n * n;
+        r->matrix = r->whole + n * n;
+    }
+    return result;
+}
+
+static void free_regression(regression *r)
+{
+    pv_release(r->seen);
+    pv_release(r->given);
+    pv_release(r->known);
+    pv_release(r->sample);
+    pv_release(r->weight);
+}
+
+/* The sample may be rougher or smoother than the rest. The photographs tell by how much, where a coefficient's slopes go
+ * with theirs: in each plane, the power of what they say of it in the whole over that in the sample. One photograph alone
+ * tells half of it at best. */
 static pave_result adapt(const pv_enlarge *e, double *own)
 {
     double trust = e->guides / (double)(e->guides + e->planes);
-    pv_texels seen = e->seen, given = e->given;
-    int32_t count = PV_OCTAVES * e->guides;
-    pave_result result = PAVE_OK;
-    double *power = pv_allocate(e->context, 2 * (size_t)count, sizeof *power, &result);
-    if (!result)
-        result = take_apart(e->context, &seen, NULL, power);
-    if (!result)
-        result = take_apart(e->context, &given, NULL, power + count);
-    for (int32_t i = 0; i < PV_OCTAVES * e->planes && !result; i++) {
-        int32_t octave = i / e->planes, plane = i % e->planes;
-        double sample = 0, whole = 0;
-        for (int32_t g = plane; g < e->guides; g += e->planes) {
-            sample += power[octave * e->guides + g];
-            whole += power[count + octave * e->guides + g];
+    double texels = (double)pv_texels_count(&e->seen) / (double)pv_texels_count(&e->given);
+    regression r = { 0 };
+    pave_result result = make_regression(e, &r);
+    for (int32_t octave = 0; octave < PV_OCTAVES && !result; octave++) {
+        result = fit_octave(e, octave, &r);
+        for (int32_t plane = 0; plane < e->planes && !result; plane++) {
+            double sample = 0, whole = 0;
+            for (int32_t c = e->first[plane]; c < e->first[plane + 1]; c++) {
+                sample += quadratic(r.sample, r.weight + c * e->guides, e->guides);
+                whole += quadratic(r.whole, r.weight + c * e->guides, e->guides) * texels;
+            }
+            for (int32_t c = e->first[plane]; c < e->first[plane + 1] && sample > 0; c++)
+                own[octave * e->coefficients + c] *= pow(whole / sample, trust);
         }
-        for (int32_t c = e->first[plane]; c < e->first[plane + 1] && sample > 0; c++)
-            own[octave * e->coefficients + c] *= pow(whole / sample, trust);
     }
-    pv_release(power);
+    free_regression(&r);
     return result;
 }
 
@@ -179,9 +268,9 @@ pave_result pv_enlarge_sharpen(pv_enlarge *e)
     for (int32_t turn = 0; turn < TURNS && !result; turn++) {
         for (int32_t i = 0; i < count; i++)
             gain[i] = next_gain(wanted[i], made[i], sofar + i);
-        result = take_apart(e->context, &e->made, gain, NULL);
+        result = take_apart(e->context, &e->made, &(purpose){ .gains = gain });
         if (!result)
-            result = take_apart(e->context, &e->made, NULL, made);
+            result = take_apart(e->context, &e->made, &(purpose){ .power = made });
     }
     pv_release(wanted);
     return result;

@@ -202,8 +202,10 @@ static void sharpen(pv_enlarge *e, float weaker, float stronger, double *ratio)
  * one photograph tells of the rest half is believed. */
 static void octaves_get_the_samples_power(void **state)
 {
+    needs_algebra(*state);
     pv_enlarge e = { .context = *state, .coefficients = 2, .planes = 1, .guides = 1, .first = { 0, 2 } };
     double ratio[PV_OCTAVES];
+    assert_ok(pv_algebra_open(*state, &e.algebra));
     e.known = texels(*state, 33, 30, 2, 5);
     e.made = texels(*state, 33, 30, 2, 5);
     e.seen = texels(*state, 33, 30, 1, 6);
@@ -217,6 +219,7 @@ static void octaves_get_the_samples_power(void **state)
     sharpen(&e, 1, 2, ratio);
     for (int32_t o = 0; o < PV_OCTAVES; o++)
         assert_true(fabs(ratio[o] / 2 - 1) < (o < 2 ? 0.02 : 0.2));
+    pv_algebra_close(&e.algebra);
     pv_release(e.known.values);
     pv_release(e.made.values);
     pv_release(e.seen.values);
@@ -226,8 +229,10 @@ static void octaves_get_the_samples_power(void **state)
 /* One that is blurred, too, though its octaves can't be scaled one by one. */
 static void blurred_octaves_get_the_samples_power(void **state)
 {
+    needs_algebra(*state);
     pv_enlarge e = { .context = *state, .coefficients = 2, .planes = 1, .guides = 1, .first = { 0, 2 } };
     double own[2 * PV_OCTAVES], made[2 * PV_OCTAVES];
+    assert_ok(pv_algebra_open(*state, &e.algebra));
     e.known = texels(*state, 33, 30, 2, 5);
     e.made = texels(*state, 33, 30, 2, 5);
     e.seen = texels(*state, 33, 30, 1, 6);
@@ -238,6 +243,7 @@ static void blurred_octaves_get_the_samples_power(void **state)
     assert_ok(pv_enlarge_octaves(&e, own, made));
     for (int32_t o = 0; o < PV_OCTAVES; o++)
         assert_true(fabs(mean_power(made, o) / mean_power(own, o) - 1) < 0.1);
+    pv_algebra_close(&e.algebra);
     pv_release(e.known.values);
     pv_release(e.made.values);
     pv_release(e.seen.values);
