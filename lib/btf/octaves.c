@@ -147,11 +147,12 @@ pave_result pv_enlarge_octaves(const pv_enlarge *e, double *own, double *made)
 
 /* ---- What the photographs tell of the rest ---- */
 
-/* Slopes of an octave: of what photographs show of the sample and of the whole, and of the sample's coefficients. Of
- * each photograph's their products, and what a least squares fit makes of them, [coefficient][photograph, plane]. */
+/* A fit of coefficients' slopes to those of photographs, in one octave. */
 typedef struct regression {
-    float *seen, *given, *known;
-    double *sample, *whole, *matrix, *weight;
+    float *seen, *given, *known; /* slopes: of what photographs show of the sample and of the whole, of coefficients */
+    double *sample, *whole;      /* [guide][guide], products of photographs' slopes */
+    double *matrix;              /* room to solve in */
+    double *weight;              /* [coefficient][guide] */
 } regression;
 
 static double quadratic(const double *matrix, const double *x, int32_t n)
@@ -227,7 +228,7 @@ static void free_regression(regression *r)
 static pave_result adapt(const pv_enlarge *e, double *own)
 {
     double trust = e->guides / (double)(e->guides + e->planes);
-    double texels = (double)pv_texels_count(&e->seen) / (double)pv_texels_count(&e->given);
+    double area = (double)pv_texels_count(&e->given) / (double)pv_texels_count(&e->seen);
     regression r = { 0 };
     pave_result result = make_regression(e, &r);
     for (int32_t octave = 0; octave < PV_OCTAVES && !result; octave++) {
@@ -236,7 +237,7 @@ static pave_result adapt(const pv_enlarge *e, double *own)
             double sample = 0, whole = 0;
             for (int32_t c = e->first[plane]; c < e->first[plane + 1]; c++) {
                 sample += quadratic(r.sample, r.weight + c * e->guides, e->guides);
-                whole += quadratic(r.whole, r.weight + c * e->guides, e->guides) * texels;
+                whole += quadratic(r.whole, r.weight + c * e->guides, e->guides) / area;
             }
             for (int32_t c = e->first[plane]; c < e->first[plane + 1] && sample > 0; c++)
                 own[octave * e->coefficients + c] *= pow(whole / sample, trust);
