@@ -222,9 +222,9 @@ static void free_regression(regression *r)
     pv_release(r->weight);
 }
 
-/* The sample may be rougher or smoother than the rest. The photographs tell by how much, where a coefficient's slopes go
- * with theirs: in each plane, the power of what they say of it in the whole over that in the sample. One photograph alone
- * tells half of it at best. */
+/* The sample may be rougher or smoother than the rest. The photographs tell by how much, where a coefficient's slopes
+ * go with theirs: in each plane, the power of what they say of it in the whole over that in the sample. One photograph
+ * alone tells half of it at best. */
 static pave_result adapt(const pv_enlarge *e, double *own)
 {
     double trust = e->guides / (double)(e->guides + e->planes);
