@@ -265,15 +265,15 @@ pave_result pv_enlarge_sharpen(pv_enlarge *e)
     double *made = wanted + count, *gain = made + count, *sofar = gain + count;
     for (int32_t i = 0; i < count; i++)
         sofar[i] = 1;
-    result = pv_enlarge_octaves(e, wanted, made);
+    result = take_apart(e->context, &e->known, &(purpose){ .power = wanted });
     if (!result)
         result = adapt(e, wanted);
     for (int32_t turn = 0; turn < TURNS && !result; turn++) {
-        for (int32_t i = 0; i < count; i++)
+        result = take_apart(e->context, &e->made, &(purpose){ .power = made });
+        for (int32_t i = 0; i < count && !result; i++)
             gain[i] = next_gain(wanted[i], made[i], sofar + i);
-        result = take_apart(e->context, &e->made, &(purpose){ .gains = gain });
         if (!result)
-            result = take_apart(e->context, &e->made, &(purpose){ .power = made });
+            result = take_apart(e->context, &e->made, &(purpose){ .gains = gain });
     }
     pv_release(wanted);
     return result;

@@ -1,6 +1,7 @@
 """Sparse reconstruction of generated materials: the tables of docs/backends.md (den Brok et al. 2014, Tables 1 and 2).
 
-    /usr/bin/python3 tests/bench/btf.py BUILD [--classes gravel,tile] [--kinds best] [--texels 32] [--materials 12] [--json FILE]
+    /usr/bin/python3 tests/bench/btf.py BUILD [--classes gravel,tile] [--kinds paper,best] [--texels 32]
+                                              [--materials 12] [--json FILE]
 
 Of each class so many materials are made (seeds 1, 2, ...), 81 x 81 directions; the last is tested, 24 x 24 texels of its
 middle, and the others are what models are made of. One channel, luminance. Sizes follow the paper's by the number of
